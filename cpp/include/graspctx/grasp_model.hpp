@@ -1,0 +1,67 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "graspctx/export.hpp"
+#include "graspctx/patch_descriptor.hpp"
+
+namespace graspctx {
+
+/// The trained classifier (III-C): C-SVC with an RBF kernel on standardised descriptors, and Platt's sigmoid.
+///   x' = (x − mean) / scale;   f(x) = Σ_i coefficient_i · exp(−γ ‖x' − s_i‖²) − ρ;   P = 1 / (1 + exp(A·f +
+///   B))
+struct GRASPCTX_EXPORT GraspModel {
+  std::string name;
+  std::vector<std::string> classes;  // the object classes it was trained on
+  std::map<std::string, std::string>
+      provenance;  // command, data set, counts, versions, cross-validation results
+  DescriptorOptions descriptor;
+
+  Eigen::VectorXf mean, scale;  // (D) standardisation, scale > 0
+  double svm_c = 0, gamma = 0;
+  FeatureMatrix support_vectors;  // (S, D) standardised
+  Eigen::VectorXd coefficients;   // (S) y_i · α_i, positive class first
+  double rho = 0;
+  double sigmoid_a = 0, sigmoid_b = 0;
+
+  /// Throws InvalidInput unless sizes agree and all numbers are finite and in range.
+  void check() const;
+  /// f(x) of each row (M, D) of unstandardised features.
+  Eigen::VectorXd decision_values(const Eigen::Ref<const FeatureMatrix>& features) const;
+  /// P(g = 1 | D) of each row (M, D). Throws InvalidInput for another width or non-finite values.
+  Eigen::VectorXd predict_probability(const Eigen::Ref<const FeatureMatrix>& features) const;
+
+  /// One safetensors file in memory: a JSON header of string metadata, raw little-endian tensors.
+  std::vector<std::uint8_t> to_safetensors() const;
+  /// Throws InvalidInput naming what is wrong; nothing is trusted: sizes, bounds, overlaps, finite values.
+  static GraspModel from_safetensors(const std::uint8_t* bytes, std::size_t size);
+  /// libsvm's text format. It takes standardised features: libsvm_range is the matching `svm-scale -r` file.
+  std::string to_libsvm() const;
+  std::string libsvm_range() const;
+};
+
+struct GRASPCTX_EXPORT TrainOptions {
+  std::vector<double> svm_c{1, 10, 100};
+  std::vector<double> gamma_times_dimension{0.5, 1, 2, 4};  // γ = value / D
+  int folds = 5;                                            // grouped by image
+  int max_negatives_per_group = 24;  // negatives kept for training; all are used for the sigmoid
+  int max_search_rows = 6000;        // whole groups, for the search over C and γ
+  std::uint32_t seed = 1;
+  std::function<void(double share, const std::string& what)> progress;  // may be empty
+  void check() const;
+};
+
+/// Train a model. features (M, D); labels (M) 0 or 1; groups (M) index of the image each row comes from.
+/// C and γ by cross-validation grouped by image, the sigmoid on grouped held-out folds with all their
+/// patches. The descriptor options, name, classes and provenance are the caller's to fill in; provenance
+/// holds the training's own entries. Throws InvalidInput for sizes that differ, labels other than 0 and 1, a
+/// single class, fewer groups than folds, or non-finite features.
+GRASPCTX_EXPORT GraspModel train_model(const Eigen::Ref<const FeatureMatrix>& features,
+                                       const std::vector<int>& labels, const std::vector<int>& groups,
+                                       const TrainOptions& options = {});
+
+}  // namespace graspctx

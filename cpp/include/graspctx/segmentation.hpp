@@ -1,0 +1,73 @@
+#pragma once
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "graspctx/camera.hpp"
+#include "graspctx/export.hpp"
+#include "graspctx/stereo.hpp"
+
+namespace graspctx {
+
+/// Cue levels of III-A, Fig. 2; each adds to the one before.
+enum class CueLevel {
+  disparity,  // zero disparity and continuity in depth (Fig. 2a)
+  plane,      // + the dominant plane (Fig. 2b)
+  colour,     // + hue (Fig. 2c)
+};
+
+/// The supporting plane. In the image: d = alpha·u + beta·v + delta (III-A). In the camera frame:
+/// normal·P + offset_m = 0 on the plane, and is the height (m) above it elsewhere; the unit normal points
+/// from the plane to the camera, so that offset_m > 0 is the camera's own height.
+struct TablePlane {
+  double alpha = 0, beta = 0, delta_px = 0;
+  Eigen::Vector3d normal{0, 0, 0};
+  double offset_m = 0;
+  double sigma_px = 0;  // robust standard deviation of the disparities around the plane
+  double height_m(const Eigen::Vector3d& point_m) const { return normal.dot(point_m) + offset_m; }
+};
+
+struct ObjectHypothesis {
+  int id = 0;  // its value in Segmentation::instance_ids, from 1
+  cv::Rect bounding_box_px;
+  Eigen::Vector2d centroid_px{0, 0};
+  double saliency = 0;  // the hypotheses are ordered by it, largest first
+  bool touches_border = false;
+};
+
+struct GRASPCTX_EXPORT SegmentationOptions {
+  CueLevel cues = CueLevel::colour;
+  int max_objects = 8;
+  double min_height_m = 0.006, max_height_m = 0.40;  // of an object's top above the table
+  double min_extent_m = 0.008, max_extent_m = 0.45;  // along the table
+  double min_reliable_share =
+      0.5;                // of the textured pixels; below, the pair is no stereo pair and holds no object
+  double cell_m = 0.005;  // cell of the bird's-eye grid
+  std::optional<Eigen::Vector2d> fixation_px;  // look at the object at this pixel of the left view only
+  void check() const;
+};
+
+struct Segmentation {
+  cv::Mat instance_ids;  // CV_8UC1, 0 = background, otherwise ObjectHypothesis::id
+  std::optional<TablePlane> table;
+  std::vector<ObjectHypothesis> objects;
+  std::vector<std::string> warnings;
+};
+
+/// Find the objects of a scene without knowing what they are (III-A). No object is an answer.
+GRASPCTX_EXPORT Segmentation segment_objects(const RectifiedPair& pair, const Disparity& disparity,
+                                             const StereoCamera& camera,
+                                             const SegmentationOptions& options = {});
+
+/// The robust plane fit alone (RANSAC, Tukey, photometric refinement). Nothing if no plane supports anything.
+GRASPCTX_EXPORT std::optional<TablePlane> fit_table_plane(const RectifiedPair& pair,
+                                                          const Disparity& disparity,
+                                                          const StereoCamera& camera);
+
+/// Hypotheses from a caller's own instance mask: CV_8UC1 of the image's size, each value > 0 one object.
+/// Throws InvalidInput for another type or size. An all-zero mask holds no object.
+GRASPCTX_EXPORT Segmentation segmentation_from_mask(const cv::Mat& instance_ids, const cv::Size& image_size);
+
+}  // namespace graspctx
