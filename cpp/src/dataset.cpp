@@ -1,0 +1,142 @@
+#include "graspctx/dataset.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <random>
+
+#include "detail/check.hpp"
+
+namespace graspctx {
+
+namespace {
+
+/// Uniform in [0, 1). The standard's distributions may differ from library to library; this may not.
+double uniform(std::mt19937& generator) {
+  return generator() / 4294967296.0;
+}
+
+double object_extent_px(const cv::Mat& mask) {
+  const cv::Rect box = cv::boundingRect(mask);
+  return std::max(box.width, box.height);
+}
+
+cv::Mat dilated(const cv::Mat& mask, double radius_px) {
+  const int side = 2 * std::max(1, static_cast<int>(std::lround(radius_px))) + 1;
+  cv::Mat result;
+  cv::dilate(mask, result, cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side}));
+  return result;
+}
+
+/// The part of the pixels on the positive side of a line at the given share of the object along a direction.
+cv::Mat beyond_line(const cv::Mat& mask, double direction_rad, double share) {
+  std::vector<cv::Point> pixels;
+  cv::findNonZero(mask, pixels);
+  const double cu = std::cos(direction_rad), cv_ = std::sin(direction_rad);
+  std::vector<double> along;
+  along.reserve(pixels.size());
+  for (const cv::Point& p : pixels) along.push_back(cu * p.x + cv_ * p.y);
+  const auto nth = along.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(along.size() - 1));
+  std::nth_element(along.begin(), nth, along.end());
+  cv::Mat side(mask.size(), CV_8UC1);
+  for (int v = 0; v < mask.rows; ++v) {
+    for (int u = 0; u < mask.cols; ++u) side.at<uchar>(v, u) = cu * u + cv_ * v >= *nth ? 255 : 0;
+  }
+  return side;
+}
+
+/// A mask as imperfect as those a segmentation gives: too large, with a wedge of the background, or cut off.
+cv::Mat degrade(const cv::Mat& mask, std::mt19937& generator) {
+  const double extent_px = object_extent_px(mask);
+  const double kind = uniform(generator), amount = uniform(generator);
+  const double direction_rad = 6.283185307179586 * uniform(generator);
+  if (kind < 0.5) return dilated(mask, extent_px * (0.01 + 0.07 * amount));
+  if (kind < 0.8) {
+    const cv::Mat grown = dilated(mask, extent_px * (0.05 + 0.15 * amount));
+    cv::Mat wedge;
+    cv::bitwise_and(grown, beyond_line(mask, direction_rad, 0.5), wedge);
+    cv::bitwise_or(wedge, mask, wedge);
+    return wedge;
+  }
+  cv::Mat cut;
+  cv::bitwise_and(mask, beyond_line(mask, direction_rad, 0.05 + 0.15 * amount), cut);
+  return cut;
+}
+
+LabelledPatches describe_with_mask(const LabelledView& view, const cv::Mat& mask,
+                                   const DescriptorOptions& options) {
+  const FovealView fovea = foveal_view(view.image, mask, options.fovea);
+  const cv::Matx23d view_from_image(fovea.scale, 0, -fovea.scale * fovea.origin_px.x(), 0, fovea.scale,
+                                    -fovea.scale * fovea.origin_px.y());
+  cv::Mat label;
+  cv::warpAffine(view.label > 0, label, view_from_image, fovea.image.size(), cv::INTER_NEAREST,
+                 cv::BORDER_CONSTANT);
+
+  LabelledPatches result;
+  result.patches = describe_view(fovea, options);
+  const int patch_px = options.patch.patch_px;
+  for (const cv::Point& cell : result.patches.cells) {
+    const cv::Rect patch =
+        cv::Rect(cell.x * patch_px, cell.y * patch_px, patch_px, patch_px) & cv::Rect({0, 0}, label.size());
+    const int labelled_px = cv::countNonZero(label(patch));
+    result.labels.push_back(labelled_px > 0 ? 1 : 0);
+    result.label_share.push_back(static_cast<float>(labelled_px) / static_cast<float>(patch.area()));
+  }
+  result.visible_label_share =
+      static_cast<double>(cv::countNonZero(view.label)) / std::max(1, cv::countNonZero(view.mask));
+  return result;
+}
+
+void check_view(const LabelledView& view) {
+  const std::string where = view.source.empty() ? "labelled view" : view.source;
+  detail::require_image(view.image, (where + ": image").c_str());
+  detail::require_mask(view.mask, view.image.size(), (where + ": mask").c_str());
+  detail::require_mask(view.label, view.image.size(), (where + ": label").c_str());
+}
+
+}  // namespace
+
+void AugmentOptions::check() const {
+  detail::require_option(degraded_masks >= 0 && degraded_masks <= 100, "degraded_masks must be 0 to 100");
+}
+
+LabelledPatches describe_labelled_view(const LabelledView& view, const DescriptorOptions& options) {
+  check_view(view);
+  return describe_with_mask(view, view.mask, options);
+}
+
+TrainingSet build_training_set(const std::vector<LabelledView>& views, const DescriptorOptions& descriptor,
+                               const AugmentOptions& augment, const std::function<void(double)>& progress) {
+  descriptor.check();
+  augment.check();
+  TrainingSet set;
+  std::vector<FeatureMatrix> blocks;
+  const auto add = [&](const LabelledPatches& described, int group) {
+    blocks.push_back(described.patches.features);
+    set.labels.insert(set.labels.end(), described.labels.begin(), described.labels.end());
+    set.groups.insert(set.groups.end(), described.labels.size(), group);
+  };
+
+  std::mt19937 generator(augment.seed);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    check_view(views[i]);
+    const cv::Mat mask = views[i].mask > 0;
+    add(describe_with_mask(views[i], mask, descriptor), views[i].group);
+    for (int copy = 0; copy < augment.degraded_masks; ++copy) {
+      const cv::Mat degraded = degrade(mask, generator);
+      if (cv::countNonZero(degraded) > 0)
+        add(describe_with_mask(views[i], degraded, descriptor), views[i].group);
+    }
+    if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(views.size()));
+  }
+
+  set.features.resize(static_cast<Eigen::Index>(set.labels.size()), descriptor.dimension());
+  Eigen::Index row = 0;
+  for (const FeatureMatrix& block : blocks) {
+    set.features.middleRows(row, block.rows()) = block;
+    row += block.rows();
+  }
+  return set;
+}
+
+}  // namespace graspctx

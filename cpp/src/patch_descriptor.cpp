@@ -1,0 +1,132 @@
+#include "graspctx/patch_descriptor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "detail/check.hpp"
+
+namespace graspctx {
+
+namespace {
+
+/// L1 norm, then the square root of each entry (Hellinger).
+void normalise(Eigen::Ref<Eigen::RowVectorXf> histogram) {
+  const float sum = histogram.sum();
+  if (sum > 0) histogram = (histogram / sum).cwiseSqrt();
+}
+
+}  // namespace
+
+void PatchOptions::check() const {
+  detail::require_option(patch_px >= 2 && patch_px <= 200, "patch_px must be 2 to 200");
+  for (const int window : windows_patches) {
+    detail::require_option(window >= 1 && window <= 99 && window % 2 == 1,
+                           "windows_patches must be odd, 1 to 99 patches");
+  }
+}
+
+void DescriptorOptions::check() const {
+  fovea.check();
+  contour.check();
+  shape_context.check();
+  patch.check();
+}
+
+PatchDescriptors patch_descriptors(const Contour& contour, const cv::Size& image_size,
+                                   const DescriptorOptions& options) {
+  options.check();
+  if (image_size.width < 1 || image_size.height < 1) {
+    throw InvalidInput("image size: expected at least 1x1, got " + std::to_string(image_size.width) + "x" +
+                       std::to_string(image_size.height));
+  }
+  const int patch_px = options.patch.patch_px;
+  const int bins = options.shape_context.bins();
+  const FeatureMatrix contexts = shape_contexts(contour.points, options.shape_context, contour.gradients_rad);
+
+  PatchDescriptors patches;
+  patches.grid = {(image_size.width + patch_px - 1) / patch_px,
+                  (image_size.height + patch_px - 1) / patch_px};
+  const auto cell_index = [&](int column, int row) { return row * patches.grid.width + column; };
+
+  // The histograms of the samples in each patch, summed.
+  FeatureMatrix cell_sums = FeatureMatrix::Zero(patches.grid.area(), bins);
+  std::vector<bool> occupied(static_cast<std::size_t>(patches.grid.area()), false);
+  for (std::size_t i = 0; i < contour.points.size(); ++i) {
+    const cv::Point2f& p = contour.points[i];
+    if (!(p.x > -0.5f && p.y > -0.5f && p.x < static_cast<float>(image_size.width) &&
+          p.y < static_cast<float>(image_size.height))) {
+      throw InvalidInput("contour: a point lies outside the image of " + std::to_string(image_size.width) +
+                         "x" + std::to_string(image_size.height));
+    }
+    // Pixel centres are at integers: the first patch covers [−0.5, patch_px − 0.5).
+    const int column =
+        std::min(static_cast<int>((p.x + 0.5f) / static_cast<float>(patch_px)), patches.grid.width - 1);
+    const int row =
+        std::min(static_cast<int>((p.y + 0.5f) / static_cast<float>(patch_px)), patches.grid.height - 1);
+    cell_sums.row(cell_index(column, row)) += contexts.row(static_cast<Eigen::Index>(i));
+    occupied[static_cast<std::size_t>(cell_index(column, row))] = true;
+  }
+
+  const auto count = static_cast<Eigen::Index>(std::count(occupied.begin(), occupied.end(), true));
+  patches.features = FeatureMatrix::Zero(count, options.dimension());
+  for (int row = 0; row < patches.grid.height; ++row) {
+    for (int column = 0; column < patches.grid.width; ++column) {
+      if (!occupied[static_cast<std::size_t>(cell_index(column, row))]) continue;
+      const auto m = static_cast<Eigen::Index>(patches.cells.size());
+      patches.cells.emplace_back(column, row);
+      patches.centres_px.emplace_back(static_cast<float>((column + 0.5) * patch_px - 0.5),
+                                      static_cast<float>((row + 0.5) * patch_px - 0.5));
+      for (int scale = 0; scale < 3; ++scale) {
+        const int reach = options.patch.windows_patches[static_cast<std::size_t>(scale)] / 2;
+        auto window = patches.features.row(m).segment(scale * bins, bins);
+        for (int r = std::max(0, row - reach); r <= std::min(patches.grid.height - 1, row + reach); ++r) {
+          for (int c = std::max(0, column - reach); c <= std::min(patches.grid.width - 1, column + reach);
+               ++c) {
+            window += cell_sums.row(cell_index(c, r));
+          }
+        }
+        normalise(window);
+      }
+    }
+  }
+  return patches;
+}
+
+bool patch_descriptor_at(const Contour& contour, const FeatureMatrix& contexts, const cv::Point2f& centre_px,
+                         const DescriptorOptions& options, Eigen::Ref<Eigen::RowVectorXf> feature) {
+  const int bins = options.shape_context.bins();
+  if (contexts.rows() != static_cast<Eigen::Index>(contour.points.size()) || contexts.cols() != bins ||
+      feature.size() != options.dimension()) {
+    throw InvalidInput("patch descriptor: expected shape contexts of (" +
+                       std::to_string(contour.points.size()) + ", " + std::to_string(bins) +
+                       ") and a feature of " + std::to_string(options.dimension()));
+  }
+  feature.setZero();
+  bool occupied = false;
+  for (std::size_t i = 0; i < contour.points.size(); ++i) {
+    const cv::Point2f offset_px = contour.points[i] - centre_px;
+    for (int scale = 0; scale < 3; ++scale) {
+      const float half_px =
+          0.5f * static_cast<float>(options.patch.windows_patches[static_cast<std::size_t>(scale)] *
+                                    options.patch.patch_px);
+      if (offset_px.x < -half_px || offset_px.x >= half_px || offset_px.y < -half_px ||
+          offset_px.y >= half_px) {
+        continue;
+      }
+      feature.segment(scale * bins, bins) += contexts.row(static_cast<Eigen::Index>(i));
+      const float half_patch_px = 0.5f * static_cast<float>(options.patch.patch_px);
+      occupied =
+          occupied || (std::abs(offset_px.x) <= half_patch_px && std::abs(offset_px.y) <= half_patch_px);
+    }
+  }
+  for (int scale = 0; scale < 3; ++scale) normalise(feature.segment(scale * bins, bins));
+  return occupied;
+}
+
+PatchDescriptors describe_view(const FovealView& view, const DescriptorOptions& options) {
+  const Contour contour = sample_contour(view.image, view.mask, options.contour);
+  return patch_descriptors(contour, view.image.size(), options);
+}
+
+}  // namespace graspctx
