@@ -8,6 +8,7 @@
 #include "graspctx/export.hpp"
 #include "graspctx/object_pose.hpp"
 #include "graspctx/segmentation.hpp"
+#include "graspctx/stereo_match.hpp"
 
 namespace graspctx {
 
@@ -59,5 +60,14 @@ GRASPCTX_EXPORT ApproachAndWrist approach_by_rule(ApproachRule rule, const Eigen
 GRASPCTX_EXPORT std::optional<std::string> table_conflict(const Eigen::Matrix4d& cam_from_hand,
                                                           double opening_m, const TablePlane& table,
                                                           const HandOptions& hand = {});
+
+/// Position, approach, wrist and opening at a matched point of the left image (III-D): the paper's rule
+/// first, and where that would take the hand through the table the other cases of the rule. Probabilities and
+/// rank are the caller's to fill in. `mask` is CV_8UC1, > 0 = object, of the left image.
+GRASPCTX_EXPORT GraspConfiguration configure_grasp(const Eigen::Vector2d& left_px, const StereoMatch& match,
+                                                   const cv::Mat& mask, const StereoCamera& camera,
+                                                   const ObjectPose& pose,
+                                                   const std::optional<TablePlane>& table,
+                                                   const HandOptions& hand = {}, double threshold = 0.3);
 
 }  // namespace graspctx

@@ -1,0 +1,29 @@
+#include "detail/segment_disparity.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace graspctx::detail {
+
+double median_disparity(const cv::Mat& mask, const cv::Mat& disparity, const Eigen::Vector2d& at_px,
+                        int half_px) {
+  const cv::Point centre(static_cast<int>(std::lround(at_px.x())), static_cast<int>(std::lround(at_px.y())));
+  const cv::Rect window = cv::Rect(centre.x - half_px, centre.y - half_px, 2 * half_px + 1, 2 * half_px + 1) &
+                          cv::Rect({0, 0}, mask.size());
+  std::vector<float> values;
+  for (int v = window.y; v < window.br().y; ++v) {
+    for (int u = window.x; u < window.br().x; ++u) {
+      if (mask.at<uchar>(v, u) && std::isfinite(disparity.at<float>(v, u))) {
+        values.push_back(disparity.at<float>(v, u));
+      }
+    }
+  }
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace graspctx::detail
