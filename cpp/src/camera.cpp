@@ -1,5 +1,6 @@
 #include "graspctx/camera.hpp"
 
+#include <Eigen/LU>
 #include <cmath>
 #include <limits>
 #include <string>

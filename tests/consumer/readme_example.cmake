@@ -1,0 +1,13 @@
+# The README's one ```cpp block, as a source file.
+function(write_readme_example readme output)
+  file(READ "${readme}" text)
+  string(FIND "${text}" "```cpp\n" begin)
+  if(begin EQUAL -1)
+    message(FATAL_ERROR "${readme} has no C++ example")
+  endif()
+  math(EXPR begin "${begin} + 7")
+  string(SUBSTRING "${text}" ${begin} -1 text)
+  string(FIND "${text}" "```" end)
+  string(SUBSTRING "${text}" 0 ${end} text)
+  file(WRITE "${output}" "${text}")
+endfunction()
