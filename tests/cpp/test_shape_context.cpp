@@ -20,7 +20,7 @@ std::vector<cv::Point2f> random_contour(std::mt19937& generator, int count, bool
   const double radius = uniform(generator, 20, 120), wobble = uniform(generator, 0, 0.5);
   const int lobes = 1 + static_cast<int>(generator() % 6);
   for (int i = 0; i < count; ++i) {
-    const double t = 6.283185307179586 * i / count;
+    const double t = 6.283185307179586 * (i + 0.137) / count;  // no two points exactly side by side
     const double r = radius * (1 + wobble * std::cos(lobes * t)) * (generator() % 4 ? 1 : uniform(generator));
     const double u = 150 + r * std::cos(t), v = 150 + r * std::sin(t);
     points.emplace_back(static_cast<float>(integer ? std::round(u) : u),
