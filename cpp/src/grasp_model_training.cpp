@@ -1,0 +1,329 @@
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <random>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "detail/libsvm.hpp"
+#include "detail/sigmoid.hpp"
+#include "graspctx/error.hpp"
+#include "graspctx/evaluation.hpp"
+#include "graspctx/grasp_model.hpp"
+#include "graspctx/version.hpp"
+
+namespace graspctx {
+
+namespace {
+
+void require(bool condition, const std::string& message) {
+  if (!condition) throw InvalidInput("training: " + message);
+}
+
+/// A number below n, each as likely: the standard's own distributions differ between libraries.
+std::uint32_t draw_below(std::mt19937& random, std::uint32_t n) {
+  const std::uint64_t range = std::uint64_t{1} << 32;
+  const std::uint64_t fair = range - range % n;
+  std::uint64_t number = random();
+  while (number >= fair) number = random();
+  return static_cast<std::uint32_t>(number % n);
+}
+
+/// Moves `count` items drawn at random to the front (all: a shuffle).
+void draw_to_front(std::vector<int>& items, std::size_t count, std::mt19937& random) {
+  for (std::size_t i = 0; i < std::min(count, items.size()); ++i) {
+    std::swap(items[i], items[i + draw_below(random, static_cast<std::uint32_t>(items.size() - i))]);
+  }
+}
+
+/// All rows of one image.
+struct Group {
+  std::vector<int> rows;
+  std::vector<int> drawn;  // rows the SVM is trained on: all positives, some negatives
+  int positives = 0;
+  int fold = 0;
+};
+
+struct Problem {
+  const Eigen::Ref<const FeatureMatrix>& features;
+  const std::vector<int>& labels;
+  std::vector<Group> groups;
+  int folds = 0;
+};
+
+Problem group_rows(const Eigen::Ref<const FeatureMatrix>& features, const std::vector<int>& labels,
+                   const std::vector<int>& groups, const TrainOptions& options) {
+  std::map<int, Group> by_id;  // sorted, so that nothing depends on the order of the images
+  for (std::size_t row = 0; row < labels.size(); ++row) {
+    Group& group = by_id[groups[row]];
+    group.rows.push_back(static_cast<int>(row));
+    group.positives += labels[row];
+  }
+  Problem problem{features, labels, {}, options.folds};
+  for (auto& entry : by_id) problem.groups.push_back(std::move(entry.second));
+
+  // Negatives far outnumber positives: keep a few of each image.
+  std::mt19937 random(options.seed);
+  for (Group& group : problem.groups) {
+    std::vector<int> negatives;
+    for (const int row : group.rows) (labels[row] == 1 ? group.drawn : negatives).push_back(row);
+    const auto kept = std::min<std::size_t>(options.max_negatives_per_group, negatives.size());
+    draw_to_front(negatives, kept, random);
+    group.drawn.insert(group.drawn.end(), negatives.begin(), negatives.begin() + kept);
+  }
+
+  // Deal the groups to the folds. Those with both classes stand in the middle, so that the groups of each
+  // class follow each other and two of them already reach two folds.
+  std::vector<int> order[3];  // positives only, both, negatives only
+  for (std::size_t i = 0; i < problem.groups.size(); ++i) {
+    const Group& group = problem.groups[i];
+    const bool all = group.positives == static_cast<int>(group.rows.size());
+    order[all ? 0 : group.positives > 0 ? 1 : 2].push_back(static_cast<int>(i));
+  }
+  int dealt = 0;
+  for (std::vector<int>& part : order) {
+    draw_to_front(part, part.size(), random);
+    for (const int group : part) problem.groups[group].fold = dealt++ % options.folds;
+  }
+  return problem;
+}
+
+/// The rows of both classes are there to train on whichever fold is held out.
+bool can_cross_validate(const Problem& problem, const std::vector<int>& chosen) {
+  std::set<int> folds[2];
+  for (const int index : chosen) {
+    const Group& group = problem.groups[index];
+    if (group.positives > 0) folds[1].insert(group.fold);
+    if (group.positives < static_cast<int>(group.rows.size())) folds[0].insert(group.fold);
+  }
+  return folds[0].size() >= 2 && folds[1].size() >= 2;
+}
+
+FeatureMatrix gather(const Problem& problem, const std::vector<int>& rows) {
+  FeatureMatrix features(static_cast<Eigen::Index>(rows.size()), problem.features.cols());
+  for (std::size_t i = 0; i < rows.size(); ++i) features.row(i) = problem.features.row(rows[i]);
+  return features;
+}
+
+/// III-C: the SVM on the given rows, all of it from these rows alone. The sigmoid is left open.
+GraspModel train_svm(const Problem& problem, std::vector<int> rows, double svm_c, double gamma) {
+  // Positives first, so that libsvm's order of the classes does not depend on the first row.
+  std::stable_partition(rows.begin(), rows.end(), [&](int row) { return problem.labels[row] == 1; });
+  FeatureMatrix features = gather(problem, rows);
+  std::vector<int> labels;
+  for (const int row : rows) labels.push_back(problem.labels[row]);
+
+  GraspModel model;
+  model.svm_c = svm_c;
+  model.gamma = gamma;
+  const Eigen::Index dimension = features.cols();
+  model.mean.resize(dimension);
+  model.scale.resize(dimension);
+  for (Eigen::Index i = 0; i < dimension; ++i) {
+    const Eigen::VectorXd column = features.col(i).cast<double>();
+    const double mean = column.mean();
+    const double stddev = std::sqrt((column.array() - mean).square().mean());
+    model.mean[i] = static_cast<float>(mean);
+    const bool constant = !(stddev > 1e-6 * std::abs(mean)) || static_cast<float>(stddev) < 1e-30f;
+    model.scale[i] = constant ? 1.0f : static_cast<float>(stddev);
+    features.col(i) =
+        ((column.array() - static_cast<double>(model.mean[i])) / static_cast<double>(model.scale[i]))
+            .cast<float>();
+  }
+  const detail::SvmSolution solution = detail::solve_c_svc(features, labels, svm_c, gamma);
+  model.support_vectors.resize(static_cast<Eigen::Index>(solution.rows.size()), dimension);
+  for (std::size_t i = 0; i < solution.rows.size(); ++i) {
+    model.support_vectors.row(i) = features.row(solution.rows[i]);
+  }
+  model.coefficients = solution.coefficients;
+  model.rho = solution.rho;
+  return model;
+}
+
+/// Decision values of rows that their model has not seen.
+struct HeldOut {
+  std::vector<double> values;
+  std::vector<int> labels;
+};
+
+/// Cross-validation over whole images (METHOD 5): trained on the drawn rows of the other folds, tested on
+/// *all* rows of the fold, so that scores and sigmoid see the prior that a real image has.
+template <typename AfterFold>
+HeldOut hold_out(const Problem& problem, const std::vector<int>& chosen, double svm_c, double gamma,
+                 const AfterFold& after_fold) {
+  HeldOut held_out;
+  for (int fold = 0; fold < problem.folds; ++fold) {
+    std::vector<int> train, test;
+    for (const int index : chosen) {
+      const Group& group = problem.groups[index];
+      const std::vector<int>& from = group.fold == fold ? group.rows : group.drawn;
+      std::vector<int>& to = group.fold == fold ? test : train;
+      to.insert(to.end(), from.begin(), from.end());
+    }
+    if (!test.empty()) {
+      const GraspModel model = train_svm(problem, std::move(train), svm_c, gamma);
+      const Eigen::VectorXd values = model.decision_values(gather(problem, test));
+      held_out.values.insert(held_out.values.end(), values.begin(), values.end());
+      for (const int row : test) held_out.labels.push_back(problem.labels[row]);
+    }
+    after_fold();
+  }
+  return held_out;
+}
+
+/// The groups for the search over C and γ: all, or as many drawn ones as fit.
+std::vector<int> groups_for_search(const Problem& problem, const TrainOptions& options) {
+  std::vector<int> all(problem.groups.size());
+  std::size_t rows = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    all[i] = static_cast<int>(i);
+    rows += problem.groups[i].drawn.size();
+  }
+  const auto limit = static_cast<std::size_t>(options.max_search_rows);
+  if (rows <= limit) return all;
+  std::vector<int> order = all, chosen;
+  std::mt19937 random(options.seed);
+  draw_to_front(order, order.size(), random);
+  rows = 0;
+  for (const int index : order) {
+    rows += problem.groups[index].drawn.size();
+    if (rows > limit) break;
+    chosen.push_back(index);
+  }
+  std::sort(chosen.begin(), chosen.end());
+  return can_cross_validate(problem, chosen) ? chosen : all;
+}
+
+std::string text_of(double value) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, value).ptr};
+}
+
+}  // namespace
+
+void TrainOptions::check() const {
+  const auto all_positive = [](const std::vector<double>& values) {
+    return !values.empty() &&
+           std::all_of(values.begin(), values.end(), [](double v) { return v > 0 && v <= 1e6; });
+  };
+  require(all_positive(svm_c), "svm_c must hold values over 0, at most 1e6");
+  require(all_positive(gamma_times_dimension), "gamma_times_dimension must hold values over 0, at most 1e6");
+  require(folds >= 2 && folds <= 1000, "folds must lie between 2 and 1000, got " + std::to_string(folds));
+  require(max_negatives_per_group >= 1,
+          "max_negatives_per_group must be at least 1, got " + std::to_string(max_negatives_per_group));
+  require(max_search_rows >= 1, "max_search_rows must be at least 1, got " + std::to_string(max_search_rows));
+}
+
+GraspModel train_model(const Eigen::Ref<const FeatureMatrix>& features, const std::vector<int>& labels,
+                       const std::vector<int>& groups, const TrainOptions& options) {
+  options.check();
+  const auto count = static_cast<std::size_t>(features.rows());
+  require(labels.size() == count && groups.size() == count,
+          "expected one label and one group for each of the " + std::to_string(count) + " rows, got " +
+              std::to_string(labels.size()) + " and " + std::to_string(groups.size()));
+  require(features.cols() >= 1, "the features must have at least one column");
+  require(count <= static_cast<std::size_t>(std::numeric_limits<int>::max()), "too many rows");
+  for (const int label : labels) {
+    require(label == 0 || label == 1, "labels must be 0 or 1, got " + std::to_string(label));
+  }
+  const auto positives = std::count(labels.begin(), labels.end(), 1);
+  require(positives > 0 && positives < static_cast<std::ptrdiff_t>(count),
+          "both classes are needed, got " + std::to_string(positives) + " positive of " +
+              std::to_string(count) + " rows");
+  require(features.allFinite(), "all features must be finite");
+
+  const Problem problem = group_rows(features, labels, groups, options);
+  require(problem.groups.size() >= static_cast<std::size_t>(options.folds),
+          "fewer groups (" + std::to_string(problem.groups.size()) + ") than folds (" +
+              std::to_string(options.folds) + ")");
+  std::vector<int> all(problem.groups.size());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
+  require(can_cross_validate(problem, all), "each class must occur in at least two groups");
+
+  const auto candidates = options.svm_c.size() * options.gamma_times_dimension.size();
+  const double steps = static_cast<double>((candidates + 1) * static_cast<std::size_t>(options.folds) + 1);
+  double done = 0;
+  const auto advance = [&](const std::string& what) {
+    ++done;
+    if (options.progress) options.progress(done / steps, what);
+  };
+
+  // C and γ by the average precision on held-out images. Of equals the first, with the smaller C and γ in
+  // the default order: the smoother model.
+  const std::vector<int> searched = groups_for_search(problem, options);
+  const double dimension = static_cast<double>(features.cols());
+  double best_c = options.svm_c.front(), best_relative_gamma = options.gamma_times_dimension.front();
+  double best_score = -1;
+  HeldOut held_out;
+  if (candidates > 1) {
+    std::size_t candidate = 0;
+    for (const double svm_c : options.svm_c) {
+      for (const double relative_gamma : options.gamma_times_dimension) {
+        const std::string what = "cross-validation of C and gamma, " + std::to_string(++candidate) + " of " +
+                                 std::to_string(candidates);
+        const double gamma = relative_gamma / dimension;
+        HeldOut result = hold_out(problem, searched, svm_c, gamma, [&] { advance(what); });
+        const double score = average_precision(result.values, result.labels);
+        if (score > best_score) {
+          best_score = score;
+          best_c = svm_c;
+          best_relative_gamma = relative_gamma;
+          held_out = std::move(result);
+        }
+      }
+    }
+  } else {
+    done += options.folds;
+  }
+
+  const double best_gamma = best_relative_gamma / dimension;
+
+  // Platt's sigmoid on held-out images with all their patches.
+  if (candidates > 1 && searched.size() == problem.groups.size()) {
+    done += options.folds - 1;
+    advance("sigmoid");  // the search has already held out every image
+  } else {
+    held_out = hold_out(problem, all, best_c, best_gamma, [&] { advance("sigmoid on held-out images"); });
+  }
+  const detail::Sigmoid sigmoid =
+      detail::fit_sigmoid(Eigen::Map<const Eigen::VectorXd>(
+                              held_out.values.data(), static_cast<Eigen::Index>(held_out.values.size())),
+                          held_out.labels);
+  std::vector<double> probabilities;
+  for (const double value : held_out.values) {
+    probabilities.push_back(detail::logistic(sigmoid.a * value + sigmoid.b));
+  }
+
+  // The final model on everything.
+  std::vector<int> rows;
+  for (const Group& group : problem.groups) rows.insert(rows.end(), group.drawn.begin(), group.drawn.end());
+  const std::size_t rows_used = rows.size();
+  GraspModel model = train_svm(problem, std::move(rows), best_c, best_gamma);
+  model.sigmoid_a = sigmoid.a;
+  model.sigmoid_b = sigmoid.b;
+  model.provenance = {
+      {"graspctx", version},
+      {"libsvm", detail::libsvm_version_text()},
+      {"training.rows", std::to_string(count)},
+      {"training.positives", std::to_string(positives)},
+      {"training.groups", std::to_string(problem.groups.size())},
+      {"training.rows_of_svm", std::to_string(rows_used)},
+      {"training.support_vectors", std::to_string(model.coefficients.size())},
+      {"training.max_negatives_per_group", std::to_string(options.max_negatives_per_group)},
+      {"training.seed", std::to_string(options.seed)},
+      {"training.c", text_of(best_c)},
+      {"training.gamma_times_dimension", text_of(best_relative_gamma)},
+      {"cross_validation.folds", std::to_string(options.folds)},
+      {"cross_validation.average_precision", text_of(average_precision(held_out.values, held_out.labels))},
+      {"cross_validation.roc_area", text_of(roc_area(held_out.values, held_out.labels))},
+      {"cross_validation.calibration_error",
+       text_of(expected_calibration_error(probabilities, held_out.labels))},
+  };
+  advance("final model");
+  return model;
+}
+
+}  // namespace graspctx
