@@ -47,24 +47,17 @@ std::vector<cv::Point> walk_along_edges(const cv::Mat& edge_image) {
   return walked;
 }
 
-/// Where hardly any edge follows the mask's outline (no contrast), the outline itself stands in.
-void complete_outline(const cv::Mat& mask, cv::Mat& edges) {
-  constexpr double near_px = 4, enough_share = 0.25;
+/// Where there are hardly any edges (no contrast, no texture) the mask's outline stands in.
+void add_outline_if_bare(const cv::Mat& mask, cv::Mat& edges) {
+  constexpr double enough_share = 0.25;  // of the outline's length
   std::vector<std::vector<cv::Point>> outlines;
   cv::findContours(mask, outlines, cv::RETR_CCOMP, cv::CHAIN_APPROX_NONE);
-  cv::Mat distance_to_edge;
-  cv::distanceTransform(edges == 0, distance_to_edge, cv::DIST_L2, 3);
-
-  std::size_t total = 0;
-  std::vector<cv::Point> uncovered;
+  std::size_t outline_px = 0;
+  for (const auto& outline : outlines) outline_px += outline.size();
+  if (cv::countNonZero(edges) >= enough_share * static_cast<double>(outline_px)) return;
   for (const auto& outline : outlines) {
-    for (const cv::Point& p : outline) {
-      ++total;
-      if (distance_to_edge.at<float>(p) > near_px) uncovered.push_back(p);
-    }
+    for (const cv::Point& p : outline) edges.at<uchar>(p) = 255;
   }
-  if (static_cast<double>(total - uncovered.size()) >= enough_share * static_cast<double>(total)) return;
-  for (const cv::Point& p : uncovered) edges.at<uchar>(p) = 255;
 }
 
 }  // namespace
@@ -98,7 +91,7 @@ Contour sample_contour(const cv::Mat& image, const cv::Mat& mask, const ContourO
     cv::Mat inside;
     cv::dilate(object, inside, cv::getStructuringElement(cv::MORPH_ELLIPSE, {side, side}));
     edges &= inside;
-    complete_outline(object, edges);
+    add_outline_if_bare(object, edges);
   }
 
   // N samples with a uniform distribution: every (L/N)-th pixel along the edges. The same view gives the
