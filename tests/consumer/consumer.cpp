@@ -35,7 +35,8 @@ int main() {
   try {
     graspctx::read_image("missing.png");
   } catch (const graspctx::InvalidInput& refusal) {
-    expect(std::string(refusal.what()).find("missing.png") != std::string::npos, "the message names the file");
+    expect(std::string(refusal.what()).find("missing.png") != std::string::npos,
+           "the message names the file");
     return EXIT_SUCCESS;
   }
   expect(false, "a missing file is refused with InvalidInput");

@@ -25,7 +25,8 @@ int main() {
   camera.height_px = 480;
   camera.check();
   const Eigen::Vector3d point_m{0.05, -0.02, 0.7};
-  const Eigen::Vector3d again_m = camera.triangulate(camera.project(point_m), camera.disparity_px(point_m.z()));
+  const Eigen::Vector3d again_m =
+      camera.triangulate(camera.project(point_m), camera.disparity_px(point_m.z()));
   expect((again_m - point_m).norm() < 1e-12, "triangulation undoes projection");
 
   // The exception's type has to survive the way out of the shared library.

@@ -13,7 +13,7 @@ foreach(library graspctx graspctx_io)
   string(REGEX REPLACE "[][;]" "." symbols "${symbols}")  # they have a meaning in CMake's lists
   string(REPLACE "\n" ";" symbols "${symbols}")
   foreach(symbol ${symbols})
-    if(symbol MATCHES "svm_|nlohmann|graspctx::detail|YAML|CLI::")
+    if(symbol MATCHES "(^| )svm_|nlohmann|graspctx::detail|YAML|CLI::")
       message(SEND_ERROR "lib${library}.so exports ${symbol}")
     elseif(symbol MATCHES " [TDB] " AND NOT symbol MATCHES "graspctx::|^(__bss_start|_edata|_end) ")
       message(SEND_ERROR "lib${library}.so exports ${symbol}")
