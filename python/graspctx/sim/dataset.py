@@ -1,0 +1,238 @@
+"""Write rendered scenes as a data set; the layout is defined in docs/dataset-format.md."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from .families import FAMILIES
+from .render import Renderer, View, choose_gl
+from .scene import Scene, draw_scene
+
+DEPTH_UNIT_M = 1e-4
+LOOKS = 1
+"""Counts the changes after which the same seed gives other pictures."""
+
+
+class DatasetError(Exception):
+    """The output folder cannot take the data set; the message names it and says why."""
+
+
+def scene_folder(index: int) -> str:
+    """Name of a scene's folder."""
+    return f"scene_{index:06d}"
+
+
+def make_dataset(
+    out: str | os.PathLike,
+    scenes: int,
+    seed: int,
+    *,
+    families: list[str] | None = None,
+    objects: tuple[int, int] = (1, 1),
+    image_size: tuple[int, int] = (640, 480),
+    workers: int = 1,
+    progress: Callable[[], None] | None = None,
+) -> None:
+    """Render scenes into a folder. The same arguments give the same bytes, with any number of workers.
+
+    Scenes that stand in `out` already are kept: an interrupted run can be taken up again, a set made larger.
+
+    Args:
+        out: folder to write; made if missing.
+        scenes: number of scenes.
+        seed: scene i depends on (seed, i) alone.
+        families: names of object families; None for all.
+        objects: (fewest, most) objects in a scene.
+        image_size: (width, height) px.
+        workers: processes.
+        progress: called after each scene.
+
+    Raises:
+        DatasetError: `out` holds something else.
+    """
+    out = Path(out)
+    families = list(families or FAMILIES)
+    header = {
+        "format": "graspctx-dataset",
+        "version": 1,
+        "seed": seed,
+        "families": families,
+        "scenes": scenes,
+        "objects": list(objects),
+        "image_size": list(image_size),
+        "looks": LOOKS,
+    }
+    done = _scenes_done(out, header)
+    out.mkdir(parents=True, exist_ok=True)
+    _write_bytes(out / "dataset.json", _json(header))
+    jobs = []
+    for index in range(scenes):
+        if index in done:
+            if progress:
+                progress()
+        else:
+            jobs.append((str(out), seed, index, families, objects, image_size))
+    if workers <= 1 or len(jobs) <= 1:
+        with Renderer() as renderer:
+            for job in jobs:
+                _make_scene(renderer, *job)
+                if progress:
+                    progress()
+        return
+    choose_gl()
+    os.environ.setdefault("LP_NUM_THREADS", "1")  # Mesa would start threads for every core in every worker
+    with multiprocessing.get_context("spawn").Pool(min(workers, len(jobs)), _start_worker) as pool:
+        for _ in pool.imap_unordered(_work, jobs, chunksize=max(1, min(8, len(jobs) // (4 * workers)))):
+            if progress:
+                progress()
+
+
+_worker_renderer: Renderer | None = None
+
+
+def _start_worker():
+    global _worker_renderer
+    _worker_renderer = Renderer()
+
+
+def _work(job):
+    _make_scene(_worker_renderer, *job)
+
+
+def _scenes_done(out: Path, header: dict) -> set[int]:
+    """Indices of the scenes that stand in `out`; DatasetError if they are not a part of what is asked for."""
+    if not out.exists():
+        return set()
+    if not out.is_dir():
+        raise DatasetError(f"{out}: is a file; expected a folder to write the data set to")
+    file = out / "dataset.json"
+    if not file.exists():
+        if any(out.iterdir()):
+            raise DatasetError(
+                f"{out}: holds files but no dataset.json; expected a new or empty folder, or a data set"
+            )
+        return set()
+    try:
+        before = json.loads(file.read_text())
+        same = {**before, "scenes": None} == {**header, "scenes": None}
+    except (ValueError, TypeError) as error:
+        raise DatasetError(f"{file}: not a data set header ({error}); expected JSON") from error
+    if not same:
+        raise DatasetError(f"{file}: made with other options; expected {_json(header).decode().strip()}")
+    done = set()
+    for folder in out.glob("scene_" + 6 * "[0-9]" + "*"):
+        if folder.name.endswith(".partial"):
+            shutil.rmtree(folder)
+        elif (folder / "scene.json").exists():
+            done.add(int(folder.name.removeprefix("scene_")))
+    if done and max(done) >= header["scenes"]:
+        raise DatasetError(
+            f"{out}: holds scene {max(done)} already; expected at most {header['scenes']} scenes"
+        )
+    return done
+
+
+def _make_scene(renderer: Renderer, out, seed, index, families, objects, image_size):
+    scene = draw_scene(seed, index, families=families, objects=objects, image_size=image_size)
+    left, right = renderer.render(scene)
+    folder = Path(out) / scene_folder(index)
+    partial = folder.with_name(folder.name + ".partial")
+    if partial.exists():
+        shutil.rmtree(partial)
+    partial.mkdir()
+    write_scene(partial, scene, left, right)
+    partial.rename(folder)
+
+
+def write_scene(folder: Path, scene: Scene, left: View, right: View) -> None:
+    """Write the files of one scene into an existing folder."""
+    for name, view in (("left", left), ("right", right)):
+        _write_png(folder / f"{name}.png", view.colour)
+        _write_png(folder / f"{name}_mask.png", view.instances)
+        _write_png(folder / f"{name}_label.png", view.region.astype(np.uint8) * 255)
+    depth = np.round(left.depth_m / DEPTH_UNIT_M)
+    _write_png(folder / "left_depth.png", np.where(depth <= 65535, depth, 0).astype(np.uint16))
+    _write_bytes(folder / "calib.txt", calibration_text(scene, left.depth_m.min()).encode())
+    _write_bytes(folder / "scene.json", _json(_describe(scene, left, right)))
+
+
+def calibration_text(scene: Scene, nearest_m: float) -> str:
+    """Middlebury's calib.txt: pixels, and the baseline in millimetres."""
+    camera = scene.camera
+    focal, (cx, cy) = camera.focal_px, camera.centre_px
+    matrix = f"[{focal:g} 0 {cx:g}; 0 {focal:g} {cy:g}; 0 0 1]"
+    largest = focal * camera.baseline_m / nearest_m
+    lines = {
+        "cam0": matrix,
+        "cam1": matrix,
+        "doffs": "0",
+        "baseline": f"{camera.baseline_m * 1000:g}",
+        "width": f"{camera.image_size[0]}",
+        "height": f"{camera.image_size[1]}",
+        "ndisp": f"{16 * int(np.ceil((largest + 1) / 16))}",
+    }
+    return "".join(f"{key}={value}\n" for key, value in lines.items())
+
+
+def _describe(scene: Scene, left: View, right: View) -> dict:
+    camera = scene.camera
+    normal, offset_m = scene.table_plane
+    objects = []
+    for placed in scene.objects:
+        seen = {name: view.instances == placed.id for name, view in (("left", left), ("right", right))}
+        labelled = {"left": left.region & seen["left"], "right": right.region & seen["right"]}
+        objects.append(
+            {
+                "id": placed.id,
+                "family": placed.shape.family,
+                "shape_seed": placed.shape.shape_seed,
+                "texture_seed": placed.texture_seed,
+                "dimensions_m": {
+                    name: round(float(value), 6) for name, value in placed.shape.dimensions_m.items()
+                },
+                "cam_from_object": _rounded(scene.cam_from_table @ placed.table_from_object),
+                "visible_px": {name: int(mask.sum()) for name, mask in seen.items()},
+                "label_px": {name: int(mask.sum()) for name, mask in labelled.items()},
+            }
+        )
+    return {
+        "schema": 1,
+        "seed": scene.seed,
+        "index": scene.index,
+        "image_size": list(camera.image_size),
+        "camera": {
+            "focal_px": camera.focal_px,
+            "centre_px": list(camera.centre_px),
+            "baseline_m": camera.baseline_m,
+            "doffs_px": 0.0,
+        },
+        "cam_from_table": _rounded(scene.cam_from_table),
+        "table_plane": {"normal": _rounded(normal), "offset_m": _rounded(offset_m)},
+        "table_texture": scene.table_texture,
+        "objects": objects,
+    }
+
+
+def _rounded(values):
+    """Nested lists with 9 decimals, without negative zeros."""
+    return (np.round(np.asarray(values, float), 9) + 0.0).tolist()
+
+
+def _json(content: dict) -> bytes:
+    return (json.dumps(content, indent=1) + "\n").encode()
+
+
+def _write_png(path: Path, pixels: np.ndarray) -> None:
+    Image.fromarray(np.ascontiguousarray(pixels)).save(path, compress_level=3)
+
+
+def _write_bytes(path: Path, content: bytes) -> None:
+    path.write_bytes(content)

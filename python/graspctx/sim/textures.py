@@ -1,0 +1,256 @@
+"""Procedural textures. All of them repeat without a seam in both directions."""
+
+import colorsys
+
+import numpy as np
+
+from .families import ObjectShape
+
+OBJECT_TEXTURE_PX = 512
+TABLE_TEXTURES = ("textured", "faint", "uniform")
+
+
+def smooth_noise(rng, size_px, scale_px, *, stretch=(1.0, 1.0), power=2.0) -> np.ndarray:
+    """Periodic random field of mean 0 and standard deviation 1.
+
+    Args:
+        size_px: (rows, columns).
+        scale_px: features larger than this are damped.
+        stretch: (rows, columns) how much longer the features are in each direction.
+        power: how fast the spectrum falls; large is smooth.
+
+    Returns:
+        (rows, columns) float32.
+    """
+    rows, columns = size_px
+    white = rng.standard_normal((rows, columns), dtype=np.float32)
+    along_rows = (np.fft.fftfreq(rows) * stretch[0] * scale_px).astype(np.float32) ** 2
+    along_columns = (np.fft.rfftfreq(columns) * stretch[1] * scale_px).astype(np.float32) ** 2
+    damping = (1 + along_rows[:, None] + along_columns) ** np.float32(-power / 2)
+    damping[0, 0] = 0
+    field = np.fft.irfft2(np.fft.rfft2(white) * damping, (rows, columns))
+    # Parseval: the expected spread, without a pass over the field.
+    spread = np.sqrt((damping[:, 1:-1] ** 2).sum() * 2 + (damping[:, [0, -1]] ** 2).sum()) / np.sqrt(
+        rows * columns
+    )
+    return field / np.float32(max(spread, 1e-12))
+
+
+def random_colour(rng) -> np.ndarray:
+    """(3,) float32 RGB in [0, 1]: often white or dark, else any hue."""
+    return _draw_colour(rng).astype(np.float32)
+
+
+def _draw_colour(rng):
+    draw = rng.random()
+    if draw < 0.22:
+        return np.clip(rng.uniform(0.78, 0.95) + rng.uniform(-0.05, 0.05, 3), 0, 1)
+    if draw < 0.34:
+        return np.clip(rng.uniform(0.08, 0.25) + rng.uniform(-0.04, 0.04, 3), 0, 1)
+    return np.array(colorsys.hsv_to_rgb(rng.random(), rng.uniform(0.15, 0.9), rng.uniform(0.3, 0.95)))
+
+
+def _mix(mask, first, second):
+    first, second = np.asarray(first, np.float32), np.asarray(second, np.float32)
+    return first + mask[..., None].astype(np.float32) * (second - first)
+
+
+def _other_colour(rng, colour):
+    while True:
+        other = random_colour(rng)
+        if np.abs(other - colour).sum() > 0.5:
+            return other
+
+
+def _stripes(rng, x, y):
+    """Bands or stripes as a mask in [0, 1]; x and y run from 0 to 1 over the texture."""
+    duty = rng.uniform(0.2, 0.7)
+    kind = rng.choice(["bands", "stripes", "spiral", "checks"])
+    if kind == "bands":
+        centres = rng.uniform(0, 1, int(rng.integers(1, 5)))
+        return (
+            (np.abs(y[..., None] - centres) < rng.uniform(0.01, 0.07, len(centres)))
+            .any(-1)
+            .astype(np.float32)
+        )
+    around = int(rng.integers(3, 20))
+    if kind == "stripes":
+        return ((x * around) % 1 < duty).astype(np.float32)
+    if kind == "spiral":
+        return ((x * int(rng.integers(1, 6)) + y * rng.uniform(2, 10)) % 1 < duty).astype(np.float32)
+    return (((x * around) % 1 < duty) ^ ((y * rng.uniform(4, 12)) % 1 < duty)).astype(np.float32)
+
+
+def _dots(rng, x, y, aspect):
+    """Dots on a staggered grid; aspect = along / around."""
+    around = int(rng.integers(4, 16))
+    rows = max(2, round(around * aspect))
+    row = np.floor(y * rows)
+    dx = ((x * around + 0.5 * (row % 2)) % 1) - 0.5
+    dy = (y * rows) % 1 - 0.5
+    return (np.hypot(dx, dy) < rng.uniform(0.15, 0.42)).astype(np.float32)
+
+
+def _stickers(rng, image, x, y, aspect):
+    """Ellipses, boxes and bars in any colour, here and there."""
+    for _ in range(int(rng.integers(2, 14))):
+        cx, cy = rng.random(2)
+        dx = (x - cx + 0.5) % 1 - 0.5
+        dy = (y - cy) * aspect
+        turn = rng.uniform(0, np.pi)
+        along = dx * np.cos(turn) + dy * np.sin(turn)
+        across = dy * np.cos(turn) - dx * np.sin(turn)
+        a, b = rng.uniform(0.01, 0.11, 2)
+        if rng.random() < 0.5:
+            inside = (along / a) ** 2 + (across / b) ** 2 < 1
+        else:
+            inside = (np.abs(along) < a) & (np.abs(across) < b)
+        image[inside] = random_colour(rng)
+
+
+def _pattern(rng, shape, x, y):
+    """(rows, columns, 3) the outside of an object."""
+    size = x.shape
+    base = random_colour(rng)
+    image = np.broadcast_to(base, (*size, 3)).copy()
+    aspect = shape.unrolled_m[1] / shape.unrolled_m[0]
+    plain = {"mug": 0.3, "pencil": 0.5, "wineglass": 0.4}[shape.family]
+    if rng.random() > plain:
+        other = _other_colour(rng, base)
+        kind = rng.choice(["stripes", "dots", "stickers", "marble", "speckle", "camouflage", "fade"])
+        # Isotropic on the object although the texture is square.
+        stretch = (1 / aspect, 1.0) if aspect > 1 else (1.0, aspect)
+        if kind == "stripes":
+            image = _mix(_stripes(rng, x, y), base, other)
+        elif kind == "dots":
+            image = _mix(_dots(rng, x, y, aspect), base, other)
+        elif kind == "stickers":
+            _stickers(rng, image, x, y, aspect)
+        elif kind == "marble":
+            field = smooth_noise(rng, size, rng.uniform(40, 250), stretch=stretch, power=3)
+            image = _mix(0.5 + 0.5 * np.sin(rng.uniform(1, 4) * field), base, other)
+        elif kind == "speckle":
+            field = smooth_noise(rng, size, rng.uniform(3, 12), stretch=stretch, power=3)
+            image = _mix((field > rng.uniform(1, 2)).astype(np.float32), base, other)
+        elif kind == "camouflage":
+            field = smooth_noise(rng, size, rng.uniform(30, 120), stretch=stretch, power=4)
+            image = _mix((field > rng.uniform(-0.5, 0.8)).astype(np.float32), base, other)
+            if rng.random() < 0.5:
+                again = smooth_noise(rng, size, rng.uniform(30, 120), stretch=stretch, power=4)
+                image[again > 0.7] = random_colour(rng)
+        else:
+            start = rng.uniform(0, 0.6)
+            image = _mix(np.clip((y - start) / rng.uniform(0.05, 0.5), 0, 1), base, other)
+    return image, base
+
+
+def object_texture(shape: ObjectShape, texture_seed: int) -> np.ndarray:
+    """The texture of an object: one picture for its whole surface, so that no part is set apart by it.
+
+    Returns:
+        (512, 512, 3) uint8 RGB; row 0 is v = 0, column 0 is u = 0; periodic in u.
+    """
+    rng = np.random.default_rng(texture_seed)
+    size = (OBJECT_TEXTURE_PX, OBJECT_TEXTURE_PX)
+    y, x = np.meshgrid(*((np.arange(n, dtype=np.float32) + 0.5) / n for n in size), indexing="ij")
+    image, base = _pattern(rng, shape, x, y)
+
+    def paint(part, colour):
+        low, high = shape.parts[part]
+        image[(y >= low) & (y < high)] = colour
+
+    if "inside" in shape.parts:
+        draw = rng.random()
+        if draw < 0.4:
+            paint("inside", base)
+        elif draw < 0.75:
+            paint("inside", rng.uniform(0.8, 0.95) + rng.uniform(-0.04, 0.04, 3))
+        elif draw < 0.9:
+            paint("inside", random_colour(rng))
+    if "lead" in shape.parts:
+        paint("wood", np.array([0.80, 0.62, 0.42]) * rng.uniform(0.75, 1.15))
+        paint("lead", base if rng.random() < 0.4 else rng.uniform(0.1, 0.25))
+    if "metal" in shape.parts:
+        paint("metal", np.array([0.75, 0.70, 0.55]) * rng.uniform(0.7, 1.2))
+        paint("rubber", np.array([0.85, 0.45, 0.45]) if rng.random() < 0.6 else random_colour(rng))
+    grain = smooth_noise(rng, size, rng.uniform(1, 30), power=2) * np.float32(rng.uniform(0.002, 0.02))
+    return _to_bytes(image + grain[..., None])
+
+
+def surface_texture(texture_seed: int, kind: str, size_px: int = 1024) -> np.ndarray:
+    """A table, floor or wall.
+
+    Args:
+        texture_seed: which one.
+        kind: "textured"; "faint" (a few grey levels of contrast) or "uniform" (one colour).
+        size_px: rows and columns.
+
+    Returns:
+        (size_px, size_px, 3) uint8 RGB, periodic.
+    """
+    if kind not in TABLE_TEXTURES:
+        raise ValueError(f"unknown table texture '{kind}'; known: {', '.join(TABLE_TEXTURES)}")
+    rng = np.random.default_rng(texture_seed)
+    size, scale = (size_px, size_px), size_px / 1024
+    base = random_colour(rng)
+    # Tables are duller than what stands on them.
+    base = np.clip(base.mean() + (base - base.mean()) * np.float32(rng.uniform(0.1, 0.8)), 0.15, 0.8)
+    if kind == "uniform":
+        return _to_bytes(np.broadcast_to(base, (*size, 3)))
+    y, x = np.meshgrid(*(np.arange(n, dtype=np.float32) / n for n in size), indexing="ij")
+    other = np.clip(
+        base * rng.uniform(0.3, 0.8) if base.mean() > 0.35 else base + rng.uniform(0.15, 0.5), 0, 1
+    )
+    if rng.random() < 0.25:
+        other = random_colour(rng)
+    style = rng.choice(["wood", "planks", "stone", "cloth", "tiles", "print", "carpet"])
+    fine = smooth_noise(rng, size, rng.uniform(1, 4) * scale, power=2)
+    if style in ("wood", "planks"):
+        if style == "wood" or rng.random() < 0.5:
+            base = np.array([0.72, 0.5, 0.3]) * rng.uniform(0.5, 1.15) * rng.uniform(0.92, 1.08, 3)
+            other = base * rng.uniform(0.45, 0.75)
+        rings = smooth_noise(
+            rng, size, rng.uniform(60, 200) * scale, stretch=(1.0, rng.uniform(6, 14)), power=3
+        )
+        fibre = smooth_noise(rng, size, 3 * scale, stretch=(1.0, rng.uniform(20, 60)), power=2)
+        field = 0.5 + 0.3 * np.sin(rng.uniform(2, 7) * rings) + 0.2 * fibre
+        if style == "planks":
+            count = int(rng.integers(6, 15))
+            plank = np.floor(y * count).astype(int)
+            field = field + rng.uniform(-0.4, 0.4, count)[plank]
+            field[(y * count) % 1 < 0.03] = 1.2
+        if rng.random() < 0.5:
+            field = np.ascontiguousarray(field.T)
+    elif style == "stone":
+        field = 0.5 + 0.2 * smooth_noise(rng, size, rng.uniform(20, 90) * scale, power=2) + 0.25 * fine
+    elif style == "cloth":
+        a, b = rng.integers(10, 50, 2)
+        field = 0.5 * ((x * a) % 1 < 0.5) + 0.5 * ((y * b) % 1 < rng.uniform(0.3, 0.6))
+        field = field + 0.12 * fine
+    elif style == "tiles":
+        count = int(rng.integers(8, 24))
+        cell = rng.uniform(0.0, 0.55, (count, count))
+        field = cell[np.floor(y * count).astype(int), np.floor(x * count).astype(int)]
+        field[((x * count) % 1 < 0.05) | ((y * count) % 1 < 0.05)] = 1.0
+        field = field + 0.08 * smooth_noise(rng, size, 30 * scale, power=2) + 0.05 * fine
+    elif style == "print":
+        field = 0.1 * fine
+        for _ in range(int(rng.integers(150, 500))):
+            row, column = rng.integers(0, size[0], 2)
+            height, width = np.ceil(rng.integers(4, rng.choice([14, 60]), 2) * scale).astype(int)
+            field[row : row + height, column : column + width] = rng.random()
+    else:
+        field = 0.5 + 0.28 * smooth_noise(rng, size, rng.uniform(2, 8) * scale, power=2.5)
+        field = field + 0.15 * smooth_noise(rng, size, 120 * scale, power=3)
+    image = _mix(field, base, other)
+    image += np.float32(rng.uniform(0, 0.04)) * fine[..., None]
+    if kind == "faint":
+        image = np.clip(image, 0, 1)
+        mean = image.mean(axis=(0, 1))
+        shrink = rng.uniform(0.008, 0.025) / max(float(image.std(axis=(0, 1)).mean()), 1e-3)
+        image = mean + (image - mean) * np.float32(shrink)
+    return _to_bytes(image)
+
+
+def _to_bytes(image: np.ndarray) -> np.ndarray:
+    return np.clip(np.asarray(image, np.float32) * np.float32(255) + np.float32(0.5), 0, 255).astype(np.uint8)
