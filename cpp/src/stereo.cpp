@@ -1,0 +1,188 @@
+#include "graspctx/stereo.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string>
+
+#include "detail/check.hpp"
+#include "detail/texture.hpp"
+#include "graspctx/error.hpp"
+
+namespace graspctx {
+
+namespace {
+
+constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
+constexpr int smallest_side_px = 16;
+
+void require_pair(const cv::Mat& left, const cv::Mat& right) {
+  detail::require_image(left, "left image");
+  detail::require_image(right, "right image");
+  if (left.size() != right.size() || left.type() != right.type()) {
+    throw InvalidInput("stereo pair: expected two images of the same size and type, got left " +
+                       detail::describe(left) + " and right " + detail::describe(right));
+  }
+  if (left.cols < smallest_side_px || left.rows < smallest_side_px) {
+    throw InvalidInput("stereo pair: expected images of at least 16x16 px, got " + detail::describe(left));
+  }
+}
+
+cv::Mat as_cv(const Eigen::Matrix3d& matrix) {
+  cv::Mat converted(3, 3, CV_64F);
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) converted.at<double>(row, column) = matrix(row, column);
+  }
+  return converted;
+}
+
+cv::Mat rectify_view(const cv::Mat& image, const RawView& view, const Eigen::Matrix3d& rectified) {
+  const cv::Mat distortion = cv::Mat(view.distortion, true);
+  cv::Mat map_x, map_y, result;
+  if (view.distortion_model == RawView::Distortion::plumb_bob) {
+    cv::initUndistortRectifyMap(as_cv(view.camera_matrix), distortion, as_cv(view.rectified_from_raw),
+                                as_cv(rectified), image.size(), CV_32FC1, map_x, map_y);
+  } else {
+    cv::fisheye::initUndistortRectifyMap(as_cv(view.camera_matrix), distortion,
+                                         as_cv(view.rectified_from_raw), as_cv(rectified), image.size(),
+                                         CV_32FC1, map_x, map_y);
+  }
+  cv::remap(image, result, map_x, map_y, cv::INTER_LINEAR, cv::BORDER_CONSTANT);
+  return result;
+}
+
+/// SGBM of a pair with its left side padded by the search range, so that the left columns are searched too.
+/// CV_32FC1 px, NaN where unknown or where the match would lie outside the right view.
+cv::Mat match(const cv::Mat& left, const cv::Mat& right, int disparities, const DisparityOptions& options) {
+  cv::Mat padded_left, padded_right, fixed_point;
+  cv::copyMakeBorder(left, padded_left, 0, 0, disparities, 0, cv::BORDER_REPLICATE);
+  cv::copyMakeBorder(right, padded_right, 0, 0, disparities, 0, cv::BORDER_REPLICATE);
+  const int unit = options.block_px * options.block_px * left.channels();
+  const auto matcher = cv::StereoSGBM::create(0, disparities, options.block_px, 8 * unit, 32 * unit, -1, 0,
+                                              static_cast<int>(std::lround(options.uniqueness_percent)),
+                                              options.speckle_px, 2, cv::StereoSGBM::MODE_SGBM_3WAY);
+  matcher->compute(padded_left, padded_right, fixed_point);
+
+  cv::Mat disparity(left.size(), CV_32FC1);
+  for (int v = 0; v < left.rows; ++v) {
+    const auto* from = fixed_point.ptr<std::int16_t>(v) + disparities;
+    auto* to = disparity.ptr<float>(v);
+    for (int u = 0; u < left.cols; ++u) {
+      const float value = static_cast<float>(from[u]) / cv::StereoMatcher::DISP_SCALE;
+      to[u] = from[u] >= 0 && static_cast<float>(u) - value >= -0.5F ? value : unknown;
+    }
+  }
+  return disparity;
+}
+
+cv::Mat mirrored(const cv::Mat& image) {
+  cv::Mat flipped;
+  cv::flip(image, flipped, 1);
+  return flipped;
+}
+
+/// Keeps what the right view's own disparity confirms.
+cv::Mat keep_consistent(const cv::Mat& left_disparity, const cv::Mat& right_disparity, double tolerance_px) {
+  cv::Mat kept(left_disparity.size(), CV_32FC1, cv::Scalar(unknown));
+  for (int v = 0; v < kept.rows; ++v) {
+    const auto* left = left_disparity.ptr<float>(v);
+    const auto* right = right_disparity.ptr<float>(v);
+    for (int u = 0; u < kept.cols; ++u) {
+      if (std::isnan(left[u])) continue;
+      const int u_right = static_cast<int>(std::lround(static_cast<float>(u) - left[u]));
+      if (u_right < 0 || !(std::abs(right[u_right] - left[u]) <= tolerance_px)) continue;
+      kept.at<float>(v, u) = left[u];
+    }
+  }
+  return kept;
+}
+
+/// Brings a disparity map to another image size. Interpolates within a surface, never across a depth step.
+cv::Mat enlarge(const cv::Mat& small, const cv::Size& size) {
+  const double scale_u = static_cast<double>(size.width) / small.cols;
+  const double scale_v = static_cast<double>(size.height) / small.rows;
+  constexpr float largest_step_px = 1;
+  cv::Mat large(size, CV_32FC1);
+  for (int v = 0; v < size.height; ++v) {
+    const double y = std::clamp((v + 0.5) / scale_v - 0.5, 0.0, small.rows - 1.0);
+    const int y0 = static_cast<int>(y), y1 = std::min(y0 + 1, small.rows - 1);
+    const auto fy = static_cast<float>(y - y0);
+    const auto* top = small.ptr<float>(y0);
+    const auto* bottom = small.ptr<float>(y1);
+    auto* to = large.ptr<float>(v);
+    for (int u = 0; u < size.width; ++u) {
+      const double x = std::clamp((u + 0.5) / scale_u - 0.5, 0.0, small.cols - 1.0);
+      const int x0 = static_cast<int>(x), x1 = std::min(x0 + 1, small.cols - 1);
+      const auto fx = static_cast<float>(x - x0);
+      const float a = top[x0], b = top[x1], c = bottom[x0], d = bottom[x1];
+      const float step = std::max({a, b, c, d}) - std::min({a, b, c, d});
+      const bool one_surface = !std::isnan(a + b + c + d) && step <= largest_step_px;
+      const float value = one_surface ? (1 - fy) * ((1 - fx) * a + fx * b) + fy * ((1 - fx) * c + fx * d)
+                                      : small.at<float>(fy < 0.5F ? y0 : y1, fx < 0.5F ? x0 : x1);
+      to[u] = value * static_cast<float>(scale_u);
+    }
+  }
+  return large;
+}
+
+}  // namespace
+
+RectifiedPair rectify(const cv::Mat& left, const cv::Mat& right, const StereoCamera& camera) {
+  camera.check();
+  require_pair(left, right);
+  if ((camera.width_px > 0 && camera.width_px != left.cols) ||
+      (camera.height_px > 0 && camera.height_px != left.rows)) {
+    throw InvalidInput("stereo pair: the calibration is for images of " + std::to_string(camera.width_px) +
+                       "x" + std::to_string(camera.height_px) + " px, got " + detail::describe(left));
+  }
+  if (!camera.raw) return {left, right};
+  Eigen::Matrix3d rectified = Eigen::Matrix3d::Identity();
+  rectified(0, 0) = rectified(1, 1) = camera.focal_px;
+  rectified.topRightCorner<2, 1>() = camera.centre_px;
+  const cv::Mat rectified_left = rectify_view(left, (*camera.raw)[0], rectified);
+  rectified(0, 2) += camera.doffs_px;
+  return {rectified_left, rectify_view(right, (*camera.raw)[1], rectified)};
+}
+
+void DisparityOptions::check() const {
+  using detail::require_option;
+  require_option(max_disparity_px >= 0 && max_disparity_px <= 4096,
+                 "max_disparity_px must be between 0 and 4096, got " + std::to_string(max_disparity_px));
+  require_option(block_px >= 1 && block_px <= 21 && block_px % 2 == 1,
+                 "block_px must be odd and between 1 and 21, got " + std::to_string(block_px));
+  require_option(uniqueness_percent >= 0 && uniqueness_percent < 100,
+                 "uniqueness_percent must be in [0, 100), got " + std::to_string(uniqueness_percent));
+  require_option(speckle_px >= 0, "speckle_px must not be negative, got " + std::to_string(speckle_px));
+  require_option(left_right_px >= 0 && std::isfinite(left_right_px),
+                 "left_right_px must be a number >= 0, got " + std::to_string(left_right_px));
+  require_option(texture_sigmas >= 0 && std::isfinite(texture_sigmas),
+                 "texture_sigmas must be a number >= 0, got " + std::to_string(texture_sigmas));
+}
+
+Disparity compute_disparity(const RectifiedPair& pair, const DisparityOptions& options) {
+  options.check();
+  require_pair(pair.left, pair.right);
+  const cv::Size size = pair.left.size();
+  cv::Mat left = pair.left, right = pair.right;
+  if (options.half_resolution) {
+    const cv::Size half((size.width + 1) / 2, (size.height + 1) / 2);
+    cv::resize(pair.left, left, half, 0, 0, cv::INTER_AREA);
+    cv::resize(pair.right, right, half, 0, 0, cv::INTER_AREA);
+  }
+  const double shrink = static_cast<double>(left.cols) / size.width;
+  const double range_px = options.max_disparity_px > 0 ? options.max_disparity_px : size.width / 4.0;
+  const int disparities = std::max(16, static_cast<int>(std::ceil(range_px * shrink / 16)) * 16);
+
+  const cv::Mat dense = match(left, right, disparities, options);
+  // The right view's disparity: the same matcher on the mirrored pair, whose left view is the right one.
+  const cv::Mat right_dense = mirrored(match(mirrored(right), mirrored(left), disparities, options));
+  cv::Mat reliable = keep_consistent(dense, right_dense, options.left_right_px);
+  reliable.setTo(unknown, ~detail::horizontal_texture(detail::grey(left), options.texture_sigmas));
+
+  if (left.size() == size) return {dense, reliable};
+  return {enlarge(dense, size), enlarge(reliable, size)};
+}
+
+}  // namespace graspctx
