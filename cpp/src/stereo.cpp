@@ -8,6 +8,7 @@
 #include <string>
 
 #include "detail/check.hpp"
+#include "detail/sgbm.hpp"
 #include "detail/texture.hpp"
 #include "graspctx/error.hpp"
 
@@ -51,52 +52,6 @@ cv::Mat rectify_view(const cv::Mat& image, const RawView& view, const Eigen::Mat
   }
   cv::remap(image, result, map_x, map_y, cv::INTER_LINEAR, cv::BORDER_CONSTANT);
   return result;
-}
-
-/// SGBM of a pair with its left side padded by the search range, so that the left columns are searched too.
-/// CV_32FC1 px, NaN where unknown or where the match would lie outside the right view.
-cv::Mat match(const cv::Mat& left, const cv::Mat& right, int disparities, const DisparityOptions& options) {
-  cv::Mat padded_left, padded_right, fixed_point;
-  cv::copyMakeBorder(left, padded_left, 0, 0, disparities, 0, cv::BORDER_REPLICATE);
-  cv::copyMakeBorder(right, padded_right, 0, 0, disparities, 0, cv::BORDER_REPLICATE);
-  const int unit = options.block_px * options.block_px * left.channels();
-  const auto matcher = cv::StereoSGBM::create(0, disparities, options.block_px, 8 * unit, 32 * unit, -1, 0,
-                                              static_cast<int>(std::lround(options.uniqueness_percent)),
-                                              options.speckle_px, 2, cv::StereoSGBM::MODE_SGBM_3WAY);
-  matcher->compute(padded_left, padded_right, fixed_point);
-
-  cv::Mat disparity(left.size(), CV_32FC1);
-  for (int v = 0; v < left.rows; ++v) {
-    const auto* from = fixed_point.ptr<std::int16_t>(v) + disparities;
-    auto* to = disparity.ptr<float>(v);
-    for (int u = 0; u < left.cols; ++u) {
-      const float value = static_cast<float>(from[u]) / cv::StereoMatcher::DISP_SCALE;
-      to[u] = from[u] >= 0 && static_cast<float>(u) - value >= -0.5F ? value : unknown;
-    }
-  }
-  return disparity;
-}
-
-cv::Mat mirrored(const cv::Mat& image) {
-  cv::Mat flipped;
-  cv::flip(image, flipped, 1);
-  return flipped;
-}
-
-/// Keeps what the right view's own disparity confirms.
-cv::Mat keep_consistent(const cv::Mat& left_disparity, const cv::Mat& right_disparity, double tolerance_px) {
-  cv::Mat kept(left_disparity.size(), CV_32FC1, cv::Scalar(unknown));
-  for (int v = 0; v < kept.rows; ++v) {
-    const auto* left = left_disparity.ptr<float>(v);
-    const auto* right = right_disparity.ptr<float>(v);
-    for (int u = 0; u < kept.cols; ++u) {
-      if (std::isnan(left[u])) continue;
-      const int u_right = static_cast<int>(std::lround(static_cast<float>(u) - left[u]));
-      if (u_right < 0 || !(std::abs(right[u_right] - left[u]) <= tolerance_px)) continue;
-      kept.at<float>(v, u) = left[u];
-    }
-  }
-  return kept;
 }
 
 /// Brings a disparity map to another image size. Interpolates within a surface, never across a depth step.
@@ -175,10 +130,11 @@ Disparity compute_disparity(const RectifiedPair& pair, const DisparityOptions& o
   const double range_px = options.max_disparity_px > 0 ? options.max_disparity_px : size.width / 4.0;
   const int disparities = std::max(16, static_cast<int>(std::ceil(range_px * shrink / 16)) * 16);
 
-  const cv::Mat dense = match(left, right, disparities, options);
-  // The right view's disparity: the same matcher on the mirrored pair, whose left view is the right one.
-  const cv::Mat right_dense = mirrored(match(mirrored(right), mirrored(left), disparities, options));
-  cv::Mat reliable = keep_consistent(dense, right_dense, options.left_right_px);
+  const detail::MatcherSettings settings{0, disparities, options.block_px, options.uniqueness_percent,
+                                         options.speckle_px};
+  const cv::Mat dense = detail::match_semi_global(left, right, settings);
+  const cv::Mat right_dense = detail::match_semi_global_right(left, right, settings);
+  cv::Mat reliable = detail::keep_consistent(dense, right_dense, options.left_right_px);
   reliable.setTo(unknown, ~detail::horizontal_texture(detail::grey(left), options.texture_sigmas));
 
   if (left.size() == size) return {dense, reliable};

@@ -1,0 +1,245 @@
+#include "detail/hypotheses.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+
+#include "detail/plane_geometry.hpp"
+#include "detail/texture.hpp"
+
+namespace graspctx::detail {
+
+namespace {
+
+double quantile(std::vector<float> values, double share) {
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+void sort_by_saliency(std::vector<Hypothesis>& hypotheses, int most) {
+  std::stable_sort(hypotheses.begin(), hypotheses.end(),
+                   [](const auto& a, const auto& b) { return a.saliency > b.saliency; });
+  if (static_cast<int>(hypotheses.size()) > most) hypotheses.resize(static_cast<std::size_t>(most));
+}
+
+std::vector<cv::Point> where(const cv::Mat& mask) {
+  std::vector<cv::Point> points;
+  cv::findNonZero(mask, points);
+  return points;
+}
+
+/// Bird's-eye view: a point of the camera frame on the table's own two axes (m).
+struct TableAxes {
+  Eigen::Vector3d right, away;
+
+  explicit TableAxes(const TablePlane& plane) {
+    right = (Eigen::Vector3d::UnitX() - plane.normal.x() * plane.normal).normalized();
+    away = right.cross(plane.normal);
+  }
+  cv::Point2f of(const Eigen::Vector3d& point_m) const {
+    return {static_cast<float>(right.dot(point_m)), static_cast<float>(away.dot(point_m))};
+  }
+};
+
+/// The table as far as it is seen: convex hull, on its own axes, of what lies on the plane.
+std::vector<cv::Point2f> table_hull(const Relief& relief, const TablePlane& plane, const StereoCamera& camera,
+                                    const TableAxes& axes) {
+  cv::Mat on_plane(relief.residual_px.size(), CV_8UC1);
+  const double within_px = std::max(0.5, 2 * plane.sigma_px);
+  for (int v = 0; v < on_plane.rows; ++v) {
+    for (int u = 0; u < on_plane.cols; ++u) {
+      on_plane.at<uchar>(v, u) = std::abs(relief.residual_px.at<float>(v, u)) < within_px ? 255 : 0;
+    }
+  }
+  // A wall that crosses the plane lies on it along a line only.
+  cv::morphologyEx(on_plane, on_plane, cv::MORPH_OPEN, cv::Mat::ones(9, 9, CV_8U));
+  std::vector<cv::Point2f> points;
+  for (const cv::Point& pixel : where(on_plane)) {
+    if ((pixel.x + pixel.y) % 3 != 0) continue;
+    const double d = plane_disparity(plane, pixel.x, pixel.y);
+    if (d + camera.doffs_px <= 0) continue;
+    points.push_back(axes.of(camera.triangulate({double(pixel.x), double(pixel.y)}, d)));
+  }
+  std::vector<cv::Point2f> hull;
+  if (points.size() >= 3) cv::convexHull(points, hull);
+  return hull;
+}
+
+/// How much better their own disparity explains the pixels than the table's: ratio of grey differences.
+double explained_by_itself(const cv::Mat& left, const cv::Mat& right, const Relief& relief,
+                           const TablePlane& plane, const std::vector<cv::Point>& pixels, double noise) {
+  double as_table = 0, as_itself = 0;
+  for (const cv::Point& p : pixels) {
+    const double r = relief.residual_px.at<float>(p);
+    if (std::isnan(r)) continue;
+    const auto here = static_cast<double>(left.at<uchar>(p));
+    const auto difference = [&](double disparity) {
+      const double u = std::clamp(p.x - disparity, 0.0, right.cols - 1.001);
+      const int whole = static_cast<int>(u);
+      const auto* row = right.ptr<uchar>(p.y);
+      return std::abs(here - (row[whole] + (u - whole) * (row[whole + 1] - row[whole])));
+    };
+    const double on_plane = plane_disparity(plane, p.x, p.y);
+    as_table += difference(on_plane);
+    as_itself += difference(on_plane + r);
+  }
+  const double floor = noise * static_cast<double>(pixels.size());
+  return as_table / std::max(as_itself, floor);
+}
+
+}  // namespace
+
+std::vector<Hypothesis> hypotheses_by_disparity(const cv::Mat& disparity, const StereoCamera& camera,
+                                                const SegmentationOptions& options) {
+  // Fill the holes from the farther side of their row, where occlusion makes them.
+  cv::Mat filled = disparity.clone();
+  for (int v = 0; v < filled.rows; ++v) {
+    auto* row = filled.ptr<float>(v);
+    for (int u = 0; u < filled.cols; ++u) {
+      if (!std::isnan(row[u])) continue;
+      int end = u;
+      while (end < filled.cols && std::isnan(row[end])) ++end;
+      const float before = u > 0 ? row[u - 1] : std::numeric_limits<float>::infinity();
+      const float after = end < filled.cols ? row[end] : std::numeric_limits<float>::infinity();
+      const float farther = std::min(before, after);
+      std::fill(row + u, row + end, std::isinf(farther) ? 0 : farther);
+      u = end;
+    }
+  }
+  cv::medianBlur(filled, filled, 5);
+
+  // What is narrower than a third of the row and nearer than both its sides.
+  cv::Mat surroundings;
+  const cv::Mat line = cv::Mat::ones(1, std::max(3, filled.cols / 3), CV_8U);
+  cv::morphologyEx(filled, surroundings, cv::MORPH_OPEN, line);
+  cv::Mat nearer(filled.size(), CV_8UC1);
+  for (int v = 0; v < filled.rows; ++v) {
+    for (int u = 0; u < filled.cols; ++u) {
+      const float d = filled.at<float>(v, u);
+      const double step_px = std::max(1.5, 0.03 * (d + camera.doffs_px));
+      nearer.at<uchar>(v, u) = d - surroundings.at<float>(v, u) > step_px ? 255 : 0;
+    }
+  }
+  cv::morphologyEx(nearer, nearer, cv::MORPH_OPEN, cv::Mat::ones(5, 5, CV_8U));
+
+  cv::Mat labels, stats, centres;
+  const int count = cv::connectedComponentsWithStats(nearer, labels, stats, centres, 8, CV_32S);
+  std::vector<Hypothesis> found;
+  for (int label = 1; label < count; ++label) {
+    const int* s = stats.ptr<int>(label);
+    const cv::Rect box(s[cv::CC_STAT_LEFT], s[cv::CC_STAT_TOP], s[cv::CC_STAT_WIDTH], s[cv::CC_STAT_HEIGHT]);
+    if (s[cv::CC_STAT_AREA] < 60) continue;
+    Hypothesis hypothesis;
+    hypothesis.seeds = cv::Mat::zeros(filled.size(), CV_8UC1);
+    hypothesis.seeds(box).setTo(255, labels(box) == label);
+    std::vector<float> disparities;
+    double step_sum = 0;
+    for (const cv::Point& p : where(hypothesis.seeds)) {
+      disparities.push_back(filled.at<float>(p));
+      step_sum += filled.at<float>(p) - surroundings.at<float>(p);
+    }
+    hypothesis.disparity_px = quantile(disparities, 0.5);
+    const double depth = camera.depth_m(hypothesis.disparity_px);
+    const double extent_m = std::max(box.width, box.height) * depth / camera.focal_px;
+    if (!(extent_m >= options.min_extent_m && extent_m <= options.max_extent_m)) continue;
+    hypothesis.saliency = step_sum / (hypothesis.disparity_px + camera.doffs_px);
+    found.push_back(std::move(hypothesis));
+  }
+  sort_by_saliency(found, options.max_objects);
+  return found;
+}
+
+std::vector<Hypothesis> hypotheses_on_table(const RectifiedPair& pair, const Relief& relief,
+                                            const TablePlane& plane, const StereoCamera& camera,
+                                            const SegmentationOptions& options) {
+  const TableAxes axes(plane);
+  const std::vector<cv::Point2f> hull = table_hull(relief, plane, camera, axes);
+  if (hull.size() < 3) return {};
+
+  // Pixels that stand out, on the table's axes.
+  const double least_px = std::max(0.4, 2.5 * std::min(plane.sigma_px, 0.4));
+  constexpr double least_height_m = 0.003;
+  struct Standing {
+    cv::Point pixel;
+    float height_m;
+    cv::Point cell;
+  };
+  std::vector<Standing> standing;
+  const auto cell = static_cast<float>(options.cell_m);
+  cv::Point2f low(std::numeric_limits<float>::max(), std::numeric_limits<float>::max()), high = -low;
+  for (const cv::Point2f& corner : hull) {
+    low = {std::min(low.x, corner.x), std::min(low.y, corner.y)};
+    high = {std::max(high.x, corner.x), std::max(high.y, corner.y)};
+  }
+  const float margin = 0.1F;
+  low -= {margin, margin};
+  high += {margin, margin};
+  constexpr float largest_m = 4;  // a sliver of far table must not blow up the grid
+  high = {std::min(high.x, low.x + largest_m), std::min(high.y, low.y + largest_m)};
+  cv::Mat counts = cv::Mat::zeros(static_cast<int>((high.y - low.y) / cell) + 1,
+                                  static_cast<int>((high.x - low.x) / cell) + 1, CV_32S);
+  for (int v = 0; v < relief.residual_px.rows; ++v) {
+    const auto* row = relief.residual_px.ptr<float>(v);
+    for (int u = 0; u < relief.residual_px.cols; ++u) {
+      if (!(row[u] > least_px)) continue;
+      const double d = plane_disparity(plane, u, v) + row[u];
+      if (d + camera.doffs_px <= 0) continue;
+      const double height = height_m(plane, camera, u, v, d);
+      if (height < least_height_m) continue;
+      const cv::Point2f at = axes.of(camera.triangulate({double(u), double(v)}, d));
+      if (at.x < low.x || at.y < low.y || at.x > high.x || at.y > high.y) continue;
+      const cv::Point in_grid(static_cast<int>((at.x - low.x) / cell),
+                              static_cast<int>((at.y - low.y) / cell));
+      ++counts.at<int>(in_grid);
+      standing.push_back({{u, v}, static_cast<float>(height), in_grid});
+    }
+  }
+  cv::Mat occupied = counts >= 2;
+  cv::morphologyEx(occupied, occupied, cv::MORPH_CLOSE, cv::Mat::ones(3, 3, CV_8U));
+  cv::Mat labels;
+  const int count = cv::connectedComponents(occupied, labels, 8, CV_32S);
+
+  std::vector<std::vector<Standing>> groups(static_cast<std::size_t>(count));
+  for (const Standing& s : standing) groups[static_cast<std::size_t>(labels.at<int>(s.cell))].push_back(s);
+  const cv::Mat left = grey(pair.left), right = grey(pair.right);
+  const double noise = noise_sigma(left);
+  std::vector<Hypothesis> found;
+  for (int label = 1; label < count; ++label) {
+    const auto& group = groups[static_cast<std::size_t>(label)];
+    if (group.size() < 30) continue;
+    std::vector<float> heights;
+    std::vector<cv::Point2f> cells;
+    std::vector<cv::Point> pixels;
+    Hypothesis hypothesis;
+    hypothesis.seeds = cv::Mat::zeros(left.size(), CV_8UC1);
+    std::vector<float> disparities;
+    for (const Standing& s : group) {
+      heights.push_back(s.height_m);
+      cells.emplace_back(s.cell);
+      pixels.push_back(s.pixel);
+      hypothesis.seeds.at<uchar>(s.pixel) = 255;
+      disparities.push_back(relief.residual_px.at<float>(s.pixel) +
+                            static_cast<float>(plane_disparity(plane, s.pixel.x, s.pixel.y)));
+    }
+    const double top_m = quantile(heights, 0.95);
+    if (top_m < options.min_height_m || top_m > options.max_height_m) continue;
+    const cv::RotatedRect footprint = cv::minAreaRect(cells);
+    const double longest_m = (std::max(footprint.size.width, footprint.size.height) + 1) * options.cell_m;
+    if (std::max(longest_m, top_m) < options.min_extent_m || longest_m > options.max_extent_m) continue;
+    const cv::Point2f foot(low.x + footprint.center.x * cell, low.y + footprint.center.y * cell);
+    if (cv::pointPolygonTest(hull, foot, false) < 0) continue;
+    if (explained_by_itself(left, right, relief, plane, pixels, noise) < 1.2) continue;
+    hypothesis.disparity_px = quantile(disparities, 0.5);
+    // Size as seen, and nearness: what is large and in reach is looked at first.
+    hypothesis.saliency = static_cast<double>(group.size());
+    found.push_back(std::move(hypothesis));
+  }
+  sort_by_saliency(found, options.max_objects);
+  return found;
+}
+
+}  // namespace graspctx::detail

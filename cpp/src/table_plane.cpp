@@ -1,0 +1,227 @@
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <random>
+#include <vector>
+
+#include "detail/plane_geometry.hpp"
+#include "detail/scene_checks.hpp"
+#include "detail/texture.hpp"
+#include "graspctx/segmentation.hpp"
+
+namespace graspctx {
+
+namespace {
+
+using Coefficients = Eigen::Vector3d;  // alpha, beta, delta
+
+struct Sample {
+  double u, v, disparity_px;
+};
+
+double residual(const Coefficients& plane, const Sample& sample) {
+  return sample.disparity_px - (plane[0] * sample.u + plane[1] * sample.v + plane[2]);
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Known disparities on a grid, about `wanted` of them.
+std::vector<Sample> grid_samples(const cv::Mat& disparity, double wanted) {
+  const int step = std::max(1, static_cast<int>(std::sqrt(disparity.total() / wanted)));
+  std::vector<Sample> samples;
+  for (int v = step / 2; v < disparity.rows; v += step) {
+    const auto* row = disparity.ptr<float>(v);
+    for (int u = step / 2; u < disparity.cols; u += step) {
+      if (!std::isnan(row[u])) samples.push_back({double(u), double(v), row[u]});
+    }
+  }
+  return samples;
+}
+
+/// A table rises towards the horizon, and the camera looks down on it neither along it nor like at a wall.
+bool looks_like_a_table(const TablePlane& plane) {
+  constexpr double degree = CV_PI / 180;
+  const Eigen::Vector3d up = plane.normal;  // y points down in the image
+  if (!up.allFinite() || up.y() >= 0) return false;
+  const double elevation = std::asin(std::clamp(-up.z(), -1.0, 1.0));
+  const double roll = std::atan2(up.x(), -up.y());
+  return elevation >= 8 * degree && elevation <= 75 * degree && std::abs(roll) <= 35 * degree;
+}
+
+constexpr double inlier_px = 1.0;
+constexpr double below_px = 8.0;
+
+/// What lies on the plane counts for it, what lies just below it against it: nothing is seen through a table.
+double support(const Coefficients& plane, const std::vector<Sample>& samples) {
+  double sum = 0;
+  for (const Sample& sample : samples) {
+    const double e = residual(plane, sample) / inlier_px;
+    if (std::abs(e) < 1) {
+      sum += 1 - e * e;
+    } else if (e < -2 && e > -below_px) {
+      sum -= 0.5;
+    }
+  }
+  return sum;
+}
+
+std::optional<Coefficients> ransac(const std::vector<Sample>& samples, const StereoCamera& camera) {
+  constexpr int draws = 600;
+  std::mt19937 random(20090512);  // fixed: the same scene always gives the same plane
+  std::optional<Coefficients> best;
+  double best_support = 0;
+  for (int draw = 0; draw < draws; ++draw) {
+    Eigen::Matrix3d points;
+    Eigen::Vector3d disparities;
+    for (int i = 0; i < 3; ++i) {
+      const Sample& sample = samples[random() % samples.size()];
+      points.row(i) << sample.u, sample.v, 1;
+      disparities[i] = sample.disparity_px;
+    }
+    if (std::abs(points.determinant()) < 1000) continue;  // twice the triangle's area: too thin
+    const Coefficients plane = points.inverse() * disparities;
+    if (!looks_like_a_table(detail::plane_from_disparity(plane, camera))) continue;
+    const double s = support(plane, samples);
+    if (s > best_support) {
+      best_support = s;
+      best = plane;
+    }
+  }
+  return best;
+}
+
+/// Robust standard deviation of the residuals within `within_px` of the plane.
+double spread_px(const Coefficients& plane, const std::vector<Sample>& samples, double within_px) {
+  std::vector<double> errors;
+  for (const Sample& sample : samples) {
+    const double e = std::abs(residual(plane, sample));
+    if (e < within_px) errors.push_back(e);
+  }
+  constexpr double floor_px = 0.05;
+  return errors.empty() ? floor_px : std::max(floor_px, 1.4826 * median(std::move(errors)));
+}
+
+/// Tukey's M-estimator by re-weighted least squares.
+Coefficients refine_on_disparities(Coefficients plane, const std::vector<Sample>& samples) {
+  for (int iteration = 0; iteration < 10; ++iteration) {
+    const double cut_off = 4.685 * spread_px(plane, samples, 2 * inlier_px);
+    Eigen::Matrix3d normal_matrix = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d right_side = Eigen::Vector3d::Zero();
+    for (const Sample& sample : samples) {
+      const double e = residual(plane, sample) / cut_off;
+      if (std::abs(e) >= 1) continue;
+      const double weight = (1 - e * e) * (1 - e * e);
+      const Eigen::Vector3d row(sample.u, sample.v, 1);
+      normal_matrix += weight * row * row.transpose();
+      right_side += weight * sample.disparity_px * row;
+    }
+    const Coefficients next = normal_matrix.ldlt().solve(right_side);
+    if (!next.allFinite()) break;
+    plane = next;
+  }
+  return plane;
+}
+
+/// Grey levels without their local mean: the two cameras may differ in brightness.
+cv::Mat without_local_mean(const cv::Mat& image) {
+  cv::Mat values, mean;
+  detail::grey(image).convertTo(values, CV_32F);
+  cv::boxFilter(values, mean, CV_32F, {21, 21}, {-1, -1}, true, cv::BORDER_REFLECT_101);
+  return values - mean;
+}
+
+float sampled(const float* row, double u) {
+  const int whole = static_cast<int>(u);
+  const auto part = static_cast<float>(u - whole);
+  return row[whole] + part * (row[whole + 1] - row[whole]);
+}
+
+/// The plane that brings the two views of the table onto each other: Gauss–Newton on grey differences, Huber
+/// weights. Matching finds disparities to a third of a pixel, a whole plane of grey levels to a hundredth.
+Coefficients refine_on_grey_levels(const Coefficients& start, const RectifiedPair& pair,
+                                   const cv::Mat& disparity, double sigma_px) {
+  const cv::Mat left = without_local_mean(pair.left), right = without_local_mean(pair.right);
+  const double within_px = std::max(1.0, 3 * sigma_px);
+  Coefficients plane = start;
+  for (int iteration = 0; iteration < 12; ++iteration) {
+    double huber = 0;
+    Eigen::Matrix3d normal_matrix = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d right_side = Eigen::Vector3d::Zero();
+    struct Row {
+      double slope, difference, u, v;
+    };
+    std::vector<Row> rows;
+    std::vector<double> sizes;
+    for (int v = 1; v < left.rows; v += 2) {
+      const auto* l = left.ptr<float>(v);
+      const auto* r = right.ptr<float>(v);
+      const auto* d = disparity.ptr<float>(v);
+      for (int u = 1; u + 1 < left.cols; u += 2) {
+        const double on_start = start[0] * u + start[1] * v + start[2];
+        // An unknown disparity may be the table's as well.
+        if (!std::isnan(d[u]) && std::abs(d[u] - on_start) > within_px) continue;
+        const double u_right = u - (plane[0] * u + plane[1] * v + plane[2]);
+        if (u_right < 1 || u_right >= left.cols - 2) continue;
+        const double slope = 0.25 * (l[u + 1] - l[u - 1] + sampled(r, u_right + 1) - sampled(r, u_right - 1));
+        rows.push_back({slope, l[u] - sampled(r, u_right), double(u), double(v)});
+        sizes.push_back(std::abs(rows.back().difference));
+      }
+    }
+    if (rows.size() < 100) return start;
+    huber = std::max(0.5, 1.5 * 1.4826 * median(std::move(sizes)));
+    for (const Row& row : rows) {
+      // left(u) - right(u - d) grows by slope · step when d grows by step.
+      const double weight = std::abs(row.difference) <= huber ? 1 : huber / std::abs(row.difference);
+      const Eigen::Vector3d gradient = row.slope * Eigen::Vector3d(row.u, row.v, 1);
+      normal_matrix += weight * gradient * gradient.transpose();
+      right_side -= weight * row.difference * gradient;
+    }
+    const Eigen::Vector3d step = normal_matrix.ldlt().solve(right_side);
+    if (!step.allFinite()) return start;
+    plane += step;
+    if (std::abs(step[0]) * left.cols + std::abs(step[1]) * left.rows + std::abs(step[2]) < 1e-3) break;
+  }
+  // It is a refinement: a plane that leaves what the disparities say has slid along a texture.
+  double largest_change = 0;
+  for (const double u : {0.0, left.cols - 1.0}) {
+    for (const double v : {0.3 * left.rows, left.rows - 1.0}) {
+      largest_change = std::max(largest_change, std::abs((plane - start).dot(Eigen::Vector3d(u, v, 1))));
+    }
+  }
+  return largest_change <= within_px + 1 ? plane : start;
+}
+
+}  // namespace
+
+std::optional<TablePlane> fit_table_plane(const RectifiedPair& pair, const Disparity& disparity,
+                                          const StereoCamera& camera) {
+  camera.check();
+  detail::require_scene(pair, disparity);
+
+  const std::vector<Sample> few = grid_samples(disparity.reliable, 5000);
+  if (few.size() < 50) return std::nullopt;
+  const auto drawn = ransac(few, camera);
+  if (!drawn) return std::nullopt;
+  const std::vector<Sample> many = grid_samples(disparity.reliable, 40000);
+  const Coefficients fitted = refine_on_disparities(*drawn, many);
+  const double rough_sigma_px = spread_px(fitted, many, 2 * inlier_px);
+  const Coefficients refined = refine_on_grey_levels(fitted, pair, disparity.reliable, rough_sigma_px);
+
+  TablePlane plane = detail::plane_from_disparity(refined, camera);
+  plane.sigma_px = spread_px(refined, many, 2 * inlier_px);
+  if (!looks_like_a_table(plane)) return std::nullopt;
+  // A plane that carries hardly anything of what is known is no support.
+  constexpr double least_share = 0.2;
+  double on_plane = 0;
+  for (const Sample& sample : few)
+    on_plane += std::abs(residual(refined, sample)) < 3 * plane.sigma_px ? 1 : 0;
+  if (on_plane < least_share * static_cast<double>(few.size())) return std::nullopt;
+  return plane;
+}
+
+}  // namespace graspctx
