@@ -17,7 +17,7 @@ from .render import Renderer, View, choose_gl
 from .scene import Scene, draw_scene
 
 DEPTH_UNIT_M = 1e-4
-LOOKS = 1
+LOOKS = 2
 """Counts the changes after which the same seed gives other pictures."""
 
 
@@ -122,11 +122,14 @@ def _scenes_done(out: Path, header: dict) -> set[int]:
         return set()
     try:
         before = json.loads(file.read_text())
-        same = {**before, "scenes": None} == {**header, "scenes": None}
-    except (ValueError, TypeError) as error:
+        other = [key for key in header if key != "scenes" and before.get(key) != header[key]]
+    except (ValueError, AttributeError) as error:
         raise DatasetError(f"{file}: not a data set header ({error}); expected JSON") from error
-    if not same:
-        raise DatasetError(f"{file}: made with other options; expected {_json(header).decode().strip()}")
+    if other:
+        key = other[0]
+        raise DatasetError(
+            f"{file}: made with other options: {key} {before.get(key)}; expected {header[key]}"
+        )
     done = set()
     for folder in out.glob("scene_" + 6 * "[0-9]" + "*"):
         if folder.name.endswith(".partial"):

@@ -83,7 +83,7 @@ class Renderer:
             drawer = _Drawer(mujoco, model, data, context, owners)
             sensor_rng = np.random.default_rng(np.random.SeedSequence([scene.seed, scene.index, 1]))
             (left_colour, left), (right_colour, right) = (drawer.draw(scene, side) for side in (0, 1))
-            exposure = float(np.clip(scene.sensor.brightness / max(left_colour.mean(), 1.0), 0.8, 2.0))
+            exposure = _exposure(left_colour[::8, ::8], scene.sensor.brightness)
         finally:
             context.free()
         return (
@@ -139,6 +139,14 @@ class _Drawer:
         far = self.model.vis.map.zfar * self.model.stat.extent
         # Reversed depth: 1 at the near plane, 0 at the far one.
         return near * far / (near + buffer.astype(np.float64) * (far - near))
+
+
+def _exposure(colour: np.ndarray, brightness: float) -> float:
+    """The factor that brings the mean to `brightness`, within reason, without burning out highlights."""
+    highlights = max(float(np.quantile(colour, 0.995)), 1.0)
+    return float(
+        np.clip(brightness / max(float(colour.mean()), 1.0), 0.8, min(2.0, max(0.8, 245 / highlights)))
+    )
 
 
 def _sensor(big: np.ndarray, sensor, gain: float, rng) -> np.ndarray:

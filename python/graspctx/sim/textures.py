@@ -204,7 +204,7 @@ def surface_texture(texture_seed: int, kind: str, size_px: int = 1024) -> np.nda
     if rng.random() < 0.25:
         other = random_colour(rng)
     style = rng.choice(["wood", "planks", "stone", "cloth", "tiles", "print", "carpet"])
-    fine = smooth_noise(rng, size, rng.uniform(1, 4) * scale, power=2)
+    fine = smooth_noise(rng, size, rng.uniform(2, 8) * scale, power=2)
     if style in ("wood", "planks"):
         if style == "wood" or rng.random() < 0.5:
             base = np.array([0.72, 0.5, 0.3]) * rng.uniform(0.5, 1.15) * rng.uniform(0.92, 1.08, 3)
@@ -235,7 +235,7 @@ def surface_texture(texture_seed: int, kind: str, size_px: int = 1024) -> np.nda
         field = field + 0.08 * smooth_noise(rng, size, 30 * scale, power=2) + 0.05 * fine
     elif style == "print":
         field = 0.1 * fine
-        for _ in range(int(rng.integers(150, 500))):
+        for _ in range(int(rng.integers(400, 1500))):
             row, column = rng.integers(0, size[0], 2)
             height, width = np.ceil(rng.integers(4, rng.choice([14, 60]), 2) * scale).astype(int)
             field[row : row + height, column : column + width] = rng.random()
@@ -243,7 +243,7 @@ def surface_texture(texture_seed: int, kind: str, size_px: int = 1024) -> np.nda
         field = 0.5 + 0.28 * smooth_noise(rng, size, rng.uniform(2, 8) * scale, power=2.5)
         field = field + 0.15 * smooth_noise(rng, size, 120 * scale, power=3)
     image = _mix(field, base, other)
-    image += np.float32(rng.uniform(0, 0.04)) * fine[..., None]
+    image += np.float32(rng.uniform(0.02, 0.06)) * fine[..., None]  # what stereo holds on to
     if kind == "faint":
         image = np.clip(image, 0, 1)
         mean = image.mean(axis=(0, 1))
