@@ -1,0 +1,130 @@
+#include <memory>
+#include <opencv2/core/utility.hpp>
+#include <optional>
+
+#include "commands.hpp"
+#include "common.hpp"
+#include "graspctx/detector.hpp"
+#include "graspctx/io/detection_json.hpp"
+#include "graspctx/io/image_file.hpp"
+#include "graspctx/io/model_file.hpp"
+#include "graspctx/io/picture.hpp"
+
+namespace graspctx::cli {
+
+namespace {
+
+struct DetectArguments {
+  PairArguments pair;
+  SegmentationArguments segmentation;
+  std::string model = "familiar";
+  std::string mask, json, picture;
+  std::optional<int> max_grasps;
+  int threads = 1;
+};
+
+std::string rule_text(ApproachRule rule) {
+  switch (rule) {
+    case ApproachRule::plane_normal:
+      return "plane normal";
+    case ApproachRule::major_axis:
+      return "major axis";
+    case ApproachRule::minor_axis:
+      return "minor axis";
+  }
+  return "";
+}
+
+/// The ranked grasps for a reader.
+std::string detection_table(const Detection& detection) {
+  if (detection.objects.empty()) return "no object found\n";
+  std::string text;
+  for (const DetectedObject& object : detection.objects) {
+    text += (text.empty() ? "" : "\n") + std::string("object ") + std::to_string(object.id) + " at (" +
+            fixed(object.centroid_px.x(), 0) + ", " + fixed(object.centroid_px.y(), 0) + ") px: ";
+    if (object.grasps.empty()) {
+      text += "no grasp found\n";
+      continue;
+    }
+    text += std::to_string(object.grasps.size()) + (object.grasps.size() == 1 ? " grasp\n" : " grasps\n");
+    Table table({9, 10}, {"rank", "P", "u px", "v px", "x m", "y m", "z m", "+-z m", "opening m", "approach",
+                          "feasible"});
+    for (const GraspConfiguration& grasp : object.grasps) {
+      table.add({std::to_string(grasp.rank), fixed(grasp.probability, 3), fixed(grasp.left_px.x(), 1),
+                 fixed(grasp.left_px.y(), 1), fixed(grasp.position_m.x(), 3), fixed(grasp.position_m.y(), 3),
+                 fixed(grasp.position_m.z(), 3), fixed(grasp.position_stddev_m.z(), 4),
+                 fixed(grasp.opening_m, 3), rule_text(grasp.rule),
+                 grasp.feasible ? "yes" : "no: " + grasp.infeasible_because.value_or("unknown reason")});
+    }
+    text += table.text();
+  }
+  return text;
+}
+
+void detect(const DetectArguments& arguments) {
+  check_outputs({arguments.json, arguments.picture});
+  const LoadedPair pair = load_pair(arguments.pair);
+  cv::Mat mask;
+  if (!arguments.mask.empty()) mask = load_mask_for(arguments.mask, pair.left.size());
+  const LoadedModel loaded = load_model(arguments.model);
+  DetectorOptions options;
+  options.segmentation = segmentation_options(arguments.segmentation, pair.left.size());
+  options.threads = arguments.threads;
+  if (arguments.max_grasps) options.max_grasps = *arguments.max_grasps;
+  cv::setNumThreads(arguments.threads);
+
+  Detection detection;
+  naming(arguments.pair.left,
+         [&] { detection = detect_grasps(pair.left, pair.right, pair.camera, loaded.model, options, mask); });
+
+  std::vector<PendingFile> outputs;
+  if (!arguments.json.empty()) {
+    outputs.push_back({arguments.json, detection_to_json(detection, loaded.model.name, loaded.sha256)});
+  }
+  if (!arguments.picture.empty()) {
+    outputs.push_back(
+        {arguments.picture, encode_image(arguments.picture, draw_detection(detection, pair.camera))});
+  }
+  if (outputs.empty()) outputs.push_back({standard_output, detection_table(detection)});
+  write_outputs(outputs);
+  print_warnings(detection.warnings);
+}
+
+}  // namespace
+
+void add_detect(CLI::App& program) {
+  CLI::App& command = *program.add_subcommand("detect", "Find grasps on the objects of a stereo pair.");
+  const auto arguments = std::make_shared<DetectArguments>();
+  add_pair_arguments(command, arguments->pair);
+  command
+      .add_option("--model", arguments->model,
+                  "a shipped model (see `graspctx_cli models`) or a .safetensors file")
+      ->type_name("NAME|FILE")
+      ->capture_default_str();
+  add_segmentation_arguments(command, arguments->segmentation);
+  command
+      .add_option("--mask", arguments->mask,
+                  "8-bit PNG, instance ids of the left rectified view: instead of the segmentation")
+      ->type_name("FILE")
+      ->excludes("--cues")
+      ->excludes("--fixate");
+  command.add_option("--max-grasps", arguments->max_grasps, "of each object")
+      ->check(CLI::Range(1, 1000))
+      ->type_name("N");
+  command.add_option("--json", arguments->json, "write the detection as JSON; - prints it")
+      ->type_name("FILE|-");
+  command.add_option("--picture", arguments->picture, "draw the grasps: .png, .jpg")
+      ->check(has_extension({".png", ".jpg", ".jpeg"}))
+      ->type_name("FILE");
+  add_threads_argument(command, arguments->threads);
+  command.footer(
+      "Prints a table of the ranked grasps unless --json or --picture is given.\n"
+      "Examples:\n"
+      "  graspctx_cli detect left.png right.png --calibration calib.txt\n"
+      "  graspctx_cli detect left.png right.png --calibration left.yaml right.yaml --model mug --json - "
+      "--picture grasps.png\n"
+      "  graspctx_cli detect left.png right.png --calibration calib.txt --fixate 320,240 --max-grasps 3");
+  command.callback([arguments] { detect(*arguments); });
+}
+
+}  // namespace graspctx::cli

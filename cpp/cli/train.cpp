@@ -1,0 +1,115 @@
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <opencv2/core/version.hpp>
+
+#include "commands.hpp"
+#include "common.hpp"
+#include "graspctx/dataset.hpp"
+#include "graspctx/grasp_model.hpp"
+#include "graspctx/io/dataset_files.hpp"
+#include "graspctx/io/model_file.hpp"
+#include "graspctx/version.hpp"
+
+namespace graspctx::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct TrainArguments {
+  std::string dataset, output, name;
+  std::vector<std::string> classes;
+  std::uint32_t seed = TrainOptions().seed;
+};
+
+/// The command that makes this model again.
+std::string command_text(const TrainArguments& arguments) {
+  std::string text = "graspctx_cli train " + arguments.dataset + " --output " + arguments.output;
+  for (std::size_t i = 0; i < arguments.classes.size(); ++i) {
+    text += (i == 0 ? " --classes " : ",") + arguments.classes[i];
+  }
+  if (!arguments.name.empty()) text += " --name " + arguments.name;
+  if (arguments.seed != TrainOptions().seed) text += " --seed " + std::to_string(arguments.seed);
+  return text;
+}
+
+/// The data set's own account of itself, on one line; empty if it has none.
+std::string dataset_header(const fs::path& dataset) {
+  const fs::path file = dataset / "dataset.json";
+  if (!fs::exists(file)) return "";
+  const std::vector<std::uint8_t> bytes = read_file(file);
+  const auto header = nlohmann::json::parse(bytes.begin(), bytes.end(), nullptr, false);
+  return header.is_discarded() ? "" : header.dump();
+}
+
+std::vector<std::string> classes_of(const std::vector<LabelledView>& views) {
+  std::vector<std::string> classes;
+  for (const LabelledView& view : views) {
+    if (std::find(classes.begin(), classes.end(), view.class_name) == classes.end()) {
+      classes.push_back(view.class_name);
+    }
+  }
+  std::sort(classes.begin(), classes.end());
+  return classes;
+}
+
+void train(const TrainArguments& arguments) {
+  check_outputs({arguments.output});
+  Progress progress;
+  progress.show(0, "reading the data set");
+  const std::vector<LabelledView> views = load_dataset(arguments.dataset, arguments.classes);
+  const DescriptorOptions descriptor;
+  AugmentOptions augment;
+  augment.seed = arguments.seed;
+  TrainOptions options;
+  options.seed = arguments.seed;
+  // Describing the views takes about a third of the time.
+  options.progress = [&](double share, const std::string& what) { progress.show(0.3 + 0.7 * share, what); };
+
+  GraspModel model;
+  naming(arguments.dataset, [&] {
+    const TrainingSet set = build_training_set(views, descriptor, augment, [&](double share) {
+      progress.show(0.3 * share, "describing the views");
+    });
+    model = train_model(set.features, set.labels, set.groups, options);
+    model.provenance["rows"] = std::to_string(set.labels.size());
+    model.provenance["positive_rows"] = std::to_string(std::count(set.labels.begin(), set.labels.end(), 1));
+  });
+  model.name = arguments.name.empty() ? fs::path(arguments.output).stem().string() : arguments.name;
+  model.classes = classes_of(views);
+  model.descriptor = descriptor;
+  model.provenance["command"] = command_text(arguments);
+  model.provenance["views"] = std::to_string(views.size());
+  model.provenance["graspctx"] = version;
+  model.provenance["opencv"] = CV_VERSION;
+  if (const std::string header = dataset_header(arguments.dataset); !header.empty()) {
+    model.provenance["dataset"] = header;
+  }
+  save_model(model, arguments.output);
+}
+
+}  // namespace
+
+void add_train(CLI::App& program) {
+  CLI::App& command = *program.add_subcommand("train", "Train a model on a labelled data set.");
+  const auto arguments = std::make_shared<TrainArguments>();
+  command.add_option("DATASET", arguments->dataset, "folder of the data set")->required();
+  command.add_option("--output", arguments->output, "the model to write: a .safetensors file")
+      ->required()
+      ->type_name("MODEL");
+  command.add_option("--classes", arguments->classes, "object families to train on; all by default")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("A,B");
+  command.add_option("--name", arguments->name, "the model's name; by default the file's")->type_name("NAME");
+  command.add_option("--seed", arguments->seed, "of the mask augmentation and the folds")
+      ->type_name("N")
+      ->capture_default_str();
+  command.footer(
+      "Families whose grasp regions contradict each other are better trained apart.\n"
+      "Example: graspctx_cli train data/mugs --output mug.safetensors --classes mug");
+  command.callback([arguments] { train(*arguments); });
+}
+
+}  // namespace graspctx::cli
