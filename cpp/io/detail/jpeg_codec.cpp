@@ -147,8 +147,12 @@ cv::Mat decode_jpeg(const std::vector<std::uint8_t>& bytes) {
 }
 
 std::string encode_jpeg(const cv::Mat& image) {
-  cv::Mat rgb = image;
-  if (image.channels() == 3) cv::cvtColor(image, rgb, cv::COLOR_BGR2RGB);
+  cv::Mat rgb;
+  if (image.channels() == 3) {
+    cv::cvtColor(image, rgb, cv::COLOR_BGR2RGB);
+  } else {
+    rgb = image;
+  }
   std::vector<JSAMPROW> rows = row_pointers(rgb);
   Encoder encoder;
   if (!write_pixels(&encoder, rows.data(), rgb.cols, rgb.rows, rgb.channels())) {
