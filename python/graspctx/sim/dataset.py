@@ -234,7 +234,7 @@ def _json(content: dict) -> bytes:
 
 
 def _write_png(path: Path, pixels: np.ndarray) -> None:
-    Image.fromarray(np.ascontiguousarray(pixels)).save(path, compress_level=3)
+    Image.fromarray(np.ascontiguousarray(pixels)).save(path, compress_level=1)
 
 
 def _write_bytes(path: Path, content: bytes) -> None:
