@@ -65,13 +65,18 @@ Problem group_rows(const Eigen::Ref<const FeatureMatrix>& features, const std::v
   Problem problem{features, labels, {}, options.folds};
   for (auto& entry : by_id) problem.groups.push_back(std::move(entry.second));
 
+  // Positives first throughout: the model does not depend on how the classes are mixed in the input.
+  const auto positive = [&](int row) { return labels[static_cast<std::size_t>(row)] == 1; };
+  for (Group& group : problem.groups) std::stable_partition(group.rows.begin(), group.rows.end(), positive);
+
   // Negatives far outnumber positives: keep a few of each image.
-  std::mt19937 random(options.seed);
+  std::mt19937 random_rows(options.seed);
   for (Group& group : problem.groups) {
-    std::vector<int> negatives;
-    for (const int row : group.rows) (labels[row] == 1 ? group.drawn : negatives).push_back(row);
+    const auto first_negative = group.rows.begin() + group.positives;
+    std::vector<int> negatives(first_negative, group.rows.end());
+    group.drawn.assign(group.rows.begin(), first_negative);
     const auto kept = std::min<std::size_t>(options.max_negatives_per_group, negatives.size());
-    draw_to_front(negatives, kept, random);
+    draw_to_front(negatives, kept, random_rows);
     group.drawn.insert(group.drawn.end(), negatives.begin(), negatives.begin() + kept);
   }
 
@@ -83,9 +88,10 @@ Problem group_rows(const Eigen::Ref<const FeatureMatrix>& features, const std::v
     const bool all = group.positives == static_cast<int>(group.rows.size());
     order[all ? 0 : group.positives > 0 ? 1 : 2].push_back(static_cast<int>(i));
   }
+  std::mt19937 random_folds(options.seed);  // its own: the folds do not depend on the number of negatives
   int dealt = 0;
   for (std::vector<int>& part : order) {
-    draw_to_front(part, part.size(), random);
+    draw_to_front(part, part.size(), random_folds);
     for (const int group : part) problem.groups[group].fold = dealt++ % options.folds;
   }
   return problem;
