@@ -13,7 +13,7 @@ foreach(program core_consumer consumer)
 endforeach()
 
 set(example "${source}/examples/data/mug")
-if(EXISTS "${example}/calib.txt")
+if(EXISTS "${source}/models/mug.safetensors")
   execute_process(COMMAND "${project_build}/readme_example" left.png right.png calib.txt
                   WORKING_DIRECTORY "${example}" OUTPUT_VARIABLE grasps COMMAND_ERROR_IS_FATAL ANY)
   if(NOT grasps MATCHES "[0-9]")

@@ -6,7 +6,7 @@ endif()
 set(program "${work}/prefix/bin/graspctx_cli")
 unset(ENV{LD_LIBRARY_PATH})
 execute_process(COMMAND "${program}" --version OUTPUT_VARIABLE version COMMAND_ERROR_IS_FATAL ANY)
-if(NOT version MATCHES "^(graspctx )?[0-9]+\\.[0-9]+\\.[0-9]+")
+if(NOT version MATCHES "[0-9]+\\.[0-9]+\\.[0-9]+")
   message(FATAL_ERROR "--version printed: ${version}")
 endif()
 
