@@ -1,0 +1,216 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "graspctx/detector.hpp"
+#include "graspctx/error.hpp"
+#include "graspctx/evaluation.hpp"
+#include "ray_cast.hpp"
+#include "synthetic.hpp"
+
+namespace graspctx {
+namespace {
+
+using testing::Box;
+using testing::CastScene;
+
+/// A block with a slab standing out at its side, to be grasped there: two boxes, one object.
+struct Handled {
+  CastScene scene;
+  cv::Mat mask, handle;
+  Eigen::Vector3d handle_m;  // middle of the slab, camera frame
+};
+
+Handled handled_block(double turn_rad, double scale = 1,
+                      const Eigen::Isometry3d& view = testing::look_at_table()) {
+  const Eigen::AngleAxisd turn(turn_rad, Eigen::Vector3d::UnitZ());
+  const Eigen::Vector3d colour(60, 90, 190);
+  const Box body{{0, 0, 0.045 * scale}, Eigen::Vector3d(0.035, 0.035, 0.045) * scale, turn_rad, colour};
+  const Eigen::Vector3d beside = turn * Eigen::Vector3d(0.053 * scale, 0, 0.05 * scale);
+  const Box slab{beside, Eigen::Vector3d(0.018, 0.008, 0.02) * scale, turn_rad, colour};
+  Handled object;
+  object.scene = testing::cast_scene(testing::test_camera(), {body, slab}, view);
+  object.mask = (object.scene.instance_ids > 0) / 255;
+  object.handle = object.scene.instance_ids == 2;
+  object.handle_m = view * beside;
+  return object;
+}
+
+LabelledView labelled(const Handled& object, int group) {
+  return {"cast scene", "block", group, object.scene.pair.left, object.mask, object.handle};
+}
+
+const GraspModel& block_model() {
+  static const GraspModel model = [] {
+    std::vector<LabelledView> views;
+    for (int i = 0; i < 12; ++i) {
+      views.push_back(labelled(handled_block(-1.1 + 0.2 * i, 0.85 + 0.03 * (i % 5)), i));
+    }
+    const TrainingSet set = build_training_set(views);
+    TrainOptions options;
+    options.svm_c = {10};
+    options.gamma_times_dimension = {1};
+    GraspModel trained = train_model(set.features, set.labels, set.groups, options);
+    trained.name = "block";
+    trained.classes = {"block"};
+    return trained;
+  }();
+  return model;
+}
+
+Detection detect(const Handled& object, const DetectorOptions& options = {}) {
+  const RectifiedPair& pair = object.scene.pair;
+  return detect_grasps(pair.left, pair.right, testing::test_camera(), block_model(), options, object.mask);
+}
+
+TEST(Detector, FindsTheHandleOfAnUnseenBlock) {
+  const Handled object = handled_block(0.42, 1.05, testing::look_at_table(0.75, 0.65, -0.04));
+  const Detection detection = detect(object);
+  ASSERT_EQ(detection.objects.size(), 1u);
+  const DetectedObject& found = detection.objects[0];
+  ASSERT_FALSE(found.grasps.empty());
+  ASSERT_TRUE(found.pose);
+  ASSERT_TRUE(detection.segmentation.table);
+  EXPECT_NEAR(detection.segmentation.table->offset_m, object.scene.table.offset_m, 0.003);
+  const GraspConfiguration& best = found.grasps[0];
+  EXPECT_LT((best.position_m - object.handle_m).norm(), 0.03);
+  EXPECT_GT(best.probability, 0.2);
+
+  bool was_feasible = true;
+  double last = 1;
+  for (std::size_t i = 0; i < found.grasps.size(); ++i) {
+    const GraspConfiguration& grasp = found.grasps[i];
+    EXPECT_EQ(grasp.rank, static_cast<int>(i) + 1);
+    EXPECT_DOUBLE_EQ(grasp.probability, grasp.probability_left * grasp.probability_right);  // Eq. 1
+    EXPECT_TRUE(was_feasible || !grasp.feasible);
+    EXPECT_TRUE(was_feasible != grasp.feasible || grasp.probability <= last);  // Eq. 2
+    EXPECT_NEAR(grasp.approach.norm(), 1, 1e-9);
+    EXPECT_NEAR(grasp.closing.norm(), 1, 1e-9);
+    EXPECT_NEAR(grasp.approach.dot(grasp.closing), 0, 1e-9);
+    EXPECT_EQ(grasp.feasible, !grasp.infeasible_because);
+    EXPECT_LT((testing::test_camera().project(grasp.position_m) - grasp.left_px).norm(), 1e-6);
+    was_feasible = grasp.feasible;
+    last = grasp.probability;
+  }
+}
+
+TEST(Detector, AShiftOfBothImagesShiftsTheGrasp) {
+  const Handled object = handled_block(0.42);
+  const int du = -23, dv = 14;
+  const auto shifted = [&](const cv::Mat& image) {
+    cv::Mat result;
+    cv::warpAffine(image, result, cv::Matx23d(1, 0, du, 0, 1, dv), image.size(), cv::INTER_NEAREST,
+                   image.channels() == 3 ? cv::BORDER_REFLECT : cv::BORDER_CONSTANT);
+    return result;
+  };
+  const Detection here = detect(object);
+  const Detection there = detect_grasps(shifted(object.scene.pair.left), shifted(object.scene.pair.right),
+                                        testing::test_camera(), block_model(), {}, shifted(object.mask));
+  ASSERT_FALSE(here.objects.at(0).grasps.empty());
+  ASSERT_FALSE(there.objects.at(0).grasps.empty());
+  const GraspConfiguration &a = here.objects[0].grasps[0], &b = there.objects[0].grasps[0];
+  EXPECT_LT((a.left_px + Eigen::Vector2d(du, dv) - b.left_px).norm(), 0.5);
+  EXPECT_LT((a.right_px + Eigen::Vector2d(du, dv) - b.right_px).norm(), 0.5);
+  EXPECT_NEAR(a.probability_left, b.probability_left, 1e-9);
+}
+
+TEST(Detector, IsTheSameForAnyNumberOfThreads) {
+  const Handled object = handled_block(0.1);
+  cv::Mat mask = object.scene.instance_ids;  // body and slab as two objects
+  const RectifiedPair& pair = object.scene.pair;
+  const auto run = [&](int threads) {
+    DetectorOptions options;
+    options.threads = threads;
+    return detect_grasps(pair.left, pair.right, testing::test_camera(), block_model(), options, mask);
+  };
+  const Detection one = run(1);
+  EXPECT_EQ(one.objects.size(), 2u);
+  for (const int threads : {2, 4}) {
+    const Detection many = run(threads);
+    ASSERT_EQ(many.objects.size(), one.objects.size());
+    for (std::size_t i = 0; i < one.objects.size(); ++i) {
+      EXPECT_EQ(many.objects[i].id, one.objects[i].id);
+      ASSERT_EQ(many.objects[i].grasps.size(), one.objects[i].grasps.size());
+      for (std::size_t g = 0; g < one.objects[i].grasps.size(); ++g) {
+        EXPECT_EQ(many.objects[i].grasps[g].cam_from_hand, one.objects[i].grasps[g].cam_from_hand);
+        EXPECT_EQ(many.objects[i].grasps[g].probability, one.objects[i].grasps[g].probability);
+      }
+    }
+  }
+}
+
+TEST(Detector, AnEmptyMaskHoldsNothing) {
+  const Handled object = handled_block(0.1);
+  const RectifiedPair& pair = object.scene.pair;
+  const Detection detection = detect_grasps(pair.left, pair.right, testing::test_camera(), block_model(), {},
+                                            cv::Mat::zeros(480, 640, CV_8UC1));
+  EXPECT_TRUE(detection.objects.empty());
+}
+
+TEST(Detector, KeepsAtMostAsManyGraspsAsAsked) {
+  DetectorOptions options;
+  options.max_grasps = 1;
+  EXPECT_LE(detect(handled_block(0.3), options).objects.at(0).grasps.size(), 1u);
+}
+
+TEST(Detector, RefusesBadInput) {
+  const cv::Mat image(480, 640, CV_8UC3, cv::Scalar(0)), small(240, 320, CV_8UC3, cv::Scalar(0));
+  const StereoCamera camera = testing::test_camera();
+  EXPECT_THROW(detect_grasps(image, small, camera, block_model()), InvalidInput);
+  EXPECT_THROW(detect_grasps(small, small, camera, block_model()),
+               InvalidInput);  // not the calibration's size
+  EXPECT_THROW(detect_grasps({}, {}, camera, block_model()), InvalidInput);
+  EXPECT_THROW(detect_grasps(image, image, {}, block_model()), InvalidInput);
+  EXPECT_THROW(detect_grasps(image, image, camera, {}), InvalidInput);
+  EXPECT_THROW(detect_grasps(image, image, camera, block_model(), {}, cv::Mat::ones(3, 3, CV_8UC1)),
+               InvalidInput);
+  DetectorOptions options;
+  options.max_grasps = 0;
+  EXPECT_THROW(detect_grasps(image, image, camera, block_model(), options), InvalidInput);
+}
+
+TEST(Dataset, PatchesThatOverlapTheLabelArePositive) {
+  const Handled object = handled_block(0.42);
+  const LabelledPatches described = describe_labelled_view(labelled(object, 0));
+  ASSERT_GT(described.labels.size(), 20u);
+  const FovealView view = foveal_view(object.scene.pair.left, object.mask);
+  int positives = 0;
+  for (std::size_t m = 0; m < described.labels.size(); ++m) {
+    // A patch whose middle lies on the label overlaps it; one far from it does not.
+    const cv::Point2f& c = described.patches.centres_px[m];
+    const Eigen::Vector2d at = view.image_from_view({c.x, c.y});
+    cv::Mat near;
+    const int reach = static_cast<int>(std::ceil(8 / view.scale));
+    cv::getRectSubPix(object.handle, {2 * reach + 1, 2 * reach + 1},
+                      {static_cast<float>(at.x()), static_cast<float>(at.y())}, near);
+    if (object.handle.at<uchar>(
+            cv::Point(static_cast<int>(std::lround(at.x())), static_cast<int>(std::lround(at.y()))))) {
+      EXPECT_EQ(described.labels[m], 1);
+    }
+    EXPECT_TRUE(cv::countNonZero(near) > 0 || described.labels[m] == 0);
+    EXPECT_EQ(described.labels[m] == 1, described.label_share[m] > 0);
+    positives += described.labels[m];
+  }
+  EXPECT_GT(positives, 3);
+  EXPECT_LT(positives, static_cast<int>(described.labels.size()) / 2);
+}
+
+TEST(Dataset, DegradedMasksAddRowsOfTheSameGroup) {
+  const std::vector<LabelledView> views{labelled(handled_block(0.2), 4), labelled(handled_block(0.6), 9)};
+  AugmentOptions none, two;
+  none.degraded_masks = 0;
+  two.degraded_masks = 2;
+  const TrainingSet plain = build_training_set(views, {}, none),
+                    augmented = build_training_set(views, {}, two);
+  EXPECT_EQ(plain.features.rows(), static_cast<Eigen::Index>(plain.labels.size()));
+  EXPECT_GT(augmented.labels.size(), 2 * plain.labels.size());
+  EXPECT_EQ(augmented.groups.front(), 4);
+  EXPECT_EQ(augmented.groups.back(), 9);
+  EXPECT_EQ((build_training_set(views, {}, two).features - augmented.features).cwiseAbs().maxCoeff(), 0);
+  LabelledView broken = views[0];
+  broken.label = cv::Mat::zeros(10, 10, CV_8UC1);
+  EXPECT_THROW(build_training_set({broken}), InvalidInput);
+}
+
+}  // namespace
+}  // namespace graspctx
