@@ -14,11 +14,13 @@ namespace {
 /// Re-sample an image: view_px = scale · (image_px − origin_px).
 cv::Mat resample(const cv::Mat& image, double scale, const Eigen::Vector2d& origin_px,
                  const cv::Size& view_size, int interpolation) {
-  cv::Mat source = image;
+  cv::Mat source;
   if (scale < 1 && interpolation != cv::INTER_NEAREST) {
     // Remove what the smaller view cannot carry; the view of a near object is as sharp as that of a far one.
     const double sigma = 0.5 * std::sqrt(1 / (scale * scale) - 1);
     cv::GaussianBlur(image, source, cv::Size(), sigma, sigma, cv::BORDER_REPLICATE);
+  } else {
+    source = image;
   }
   const cv::Matx23d view_from_image(scale, 0, -scale * origin_px.x(), 0, scale, -scale * origin_px.y());
   const int border = interpolation == cv::INTER_NEAREST ? cv::BORDER_CONSTANT : cv::BORDER_REPLICATE;

@@ -18,6 +18,15 @@ TEST(Fovea, ShowsTheObjectAtAFixedSize) {
   }
 }
 
+TEST(Fovea, LeavesTheImageAlone) {
+  const auto mug =
+      testing::draw_mug({640, 480}, {260, 220}, 95);  // larger than the view: it is blurred and reduced
+  const cv::Mat before = mug.image.clone();
+  const FovealView view = foveal_view(mug.image, mug.mask);
+  ASSERT_LT(view.scale, 1);
+  EXPECT_EQ(cv::norm(before, mug.image, cv::NORM_INF), 0);
+}
+
 TEST(Fovea, MapsPixelsToAndFro) {
   const auto mug = testing::draw_mug();
   const FovealView view = foveal_view(mug.image, mug.mask);
