@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-constexpr int format_version = 1;
+constexpr int format_version = 1, scene_schema = 1;
 
 [[noreturn]] void fail(const fs::path& file, const std::string& what) {
   throw InvalidInput(file.string() + ": " + what);
@@ -96,10 +96,15 @@ std::vector<fs::path> scene_folders(const fs::path& folder) {
 struct SceneObject {
   int id = 0;
   std::string family;
+  Json entry;  // all that scene.json says of it
 };
 
 std::vector<SceneObject> read_objects(const fs::path& scene_json) {
   const Json scene = read_json(scene_json);
+  const auto schema = scene.find("schema");
+  if (schema == scene.end() || *schema != scene_schema) {
+    fail(scene_json, "expected \"schema\": " + std::to_string(scene_schema));
+  }
   const auto list = scene.find("objects");
   if (list == scene.end() || !list->is_array()) fail(scene_json, "'objects' is missing, expected a list");
   std::vector<SceneObject> objects;
@@ -113,7 +118,7 @@ std::vector<SceneObject> read_objects(const fs::path& scene_json) {
       fail(scene_json, "an object's id is " + std::to_string(id) + ", expected 1 to 255");
     if (!ids.insert(static_cast<int>(id)).second)
       fail(scene_json, "id " + std::to_string(id) + " is given twice");
-    objects.push_back({static_cast<int>(id), item["family"].get<std::string>()});
+    objects.push_back({static_cast<int>(id), item["family"].get<std::string>(), item});
     if (objects.back().family.empty()) fail(scene_json, "an object's family is empty");
   }
   return objects;
@@ -269,6 +274,19 @@ class Problems {
   std::vector<std::string> lines_;
 };
 
+/// visible_px and label_px, where scene.json gives them, are the numbers of pixels in the images.
+void check_count(const SceneObject& object, const std::string& key, const std::string& side,
+                 const cv::Mat& pixels, const fs::path& file, Problems& problems) {
+  const auto counts = object.entry.find(key);
+  if (counts == object.entry.end()) return;
+  const Json stated = counts->is_object() ? counts->value(side, Json()) : Json();
+  const int found = cv::countNonZero(pixels);
+  if (stated != found) {
+    problems.add(file, "shows " + std::to_string(found) + " px of object " + std::to_string(object.id) +
+                           ", scene.json says " + key + " " + stated.dump());
+  }
+}
+
 void check_view_content(const fs::path& scene, const std::string& side, const SceneView& view,
                         const std::vector<SceneObject>& objects, Problems& problems) {
   std::set<int> known{0};
@@ -289,6 +307,11 @@ void check_view_content(const fs::path& scene, const std::string& side, const Sc
                  "holds id " + std::to_string(id) + ", which scene.json does not list");
   }
   const fs::path label_file = scene / (side + "_label.png");
+  for (const SceneObject& object : objects) {
+    const cv::Mat mask = view.instance_ids == object.id;
+    check_count(object, "visible_px", side, mask, scene / (side + "_mask.png"), problems);
+    check_count(object, "label_px", side, view.label & mask, label_file, problems);
+  }
   if (!label_is_binary) problems.add(label_file, "holds values other than 0 and 255");
   if (!label_on_objects) problems.add(label_file, "labels pixels outside of every object");
 }

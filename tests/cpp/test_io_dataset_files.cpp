@@ -34,8 +34,9 @@ std::string depth_png() {
 void make_dataset(const TemporaryFolder& folder) {
   folder.put("dataset.json", R"({"format": "graspctx-dataset", "version": 1})");
   for (const std::string scene : {"scene_000000", "scene_000001"}) {
-    folder.put(scene + "/scene.json",
-               R"({"objects": [{"id": 1, "family": "mug"}, {"id": 7, "family": "pencil", "extra": 3}]})");
+    folder.put(
+        scene + "/scene.json",
+        R"({"schema": 1, "objects": [{"id": 1, "family": "mug"}, {"id": 7, "family": "pencil", "extra": 3}]})");
     folder.put(scene + "/calib.txt",
                "cam0=[60 0 32; 0 60 24; 0 0 1]\ncam1=[60 0 32; 0 60 24; 0 0 1]\n"
                "doffs=0\nbaseline=80\nwidth=64\nheight=48\n");
@@ -98,14 +99,17 @@ TEST(DatasetFiles, NamesTheFileThatIsBroken) {
       {"dataset.json", "[1, 2]"},
       {"dataset.json", R"({"format": "other", "version": 1})"},
       {"dataset.json", R"({"format": "graspctx-dataset", "version": 99})"},
-      {"scene_000001/scene.json", "{\"objects\": ["},
-      {"scene_000001/scene.json", "{\"objects\": 5}"},
-      {"scene_000001/scene.json", "{\"objects\": [5]}"},
-      {"scene_000001/scene.json", R"({"objects": [{"id": 0, "family": "mug"}]})"},
-      {"scene_000001/scene.json", R"({"objects": [{"id": 1e30, "family": "mug"}]})"},
-      {"scene_000001/scene.json", R"({"objects": [{"id": 99999999999, "family": "mug"}]})"},
-      {"scene_000001/scene.json", R"({"objects": [{"id": 1, "family": 4}]})"},
-      {"scene_000001/scene.json", R"({"objects": [{"id": 1, "family": "a"}, {"id": 1, "family": "b"}]})"},
+      {"scene_000001/scene.json", R"({"schema": 1, "objects": [)"},
+      {"scene_000001/scene.json", R"({"schema": 1, "objects": 5})"},
+      {"scene_000001/scene.json", R"({"schema": 1, "objects": [5]})"},
+      {"scene_000001/scene.json", R"({"schema": 2, "objects": [{"id": 1, "family": "mug"}]})"},
+      {"scene_000001/scene.json", R"({"schema": 1, "objects": [{"id": 1, "family": "mug"}], })"},
+      {"scene_000001/scene.json", R"({"schema": 1, "objects": [{"id": 0, "family": "mug"}]})"},
+      {"scene_000001/scene.json", R"({"schema": 1, "objects": [{"id": 1e30, "family": "mug"}]})"},
+      {"scene_000001/scene.json", R"({"schema": 1, "objects": [{"id": 99999999999, "family": "mug"}]})"},
+      {"scene_000001/scene.json", R"({"schema": 1, "objects": [{"id": 1, "family": 4}]})"},
+      {"scene_000001/scene.json",
+       R"({"schema": 1, "objects": [{"id": 1, "family": "a"}, {"id": 1, "family": "b"}]})"},
       {"scene_000001/scene.json", std::string(200000, '[')},
       {"scene_000001/left.png", ""},
       {"scene_000001/right.png", "no picture"},
@@ -166,6 +170,21 @@ TEST(DatasetFiles, CheckFindsEveryProblemAtOnce) {
     })) << part;
   }
   EXPECT_EQ(problems.size(), 5u);  // the label is neither binary nor on the objects alone
+}
+
+TEST(DatasetFiles, CheckCountsThePixels) {
+  const TemporaryFolder folder;
+  make_dataset(folder);
+  const std::string counts =
+      R"("visible_px": {"left": 320, "right": 320}, "label_px": {"left": 101, "right": 80})";
+  ASSERT_EQ(mug_box.area(), 320);
+  ASSERT_EQ((mug_box & label_box).area(), 80);
+  folder.put("scene_000000/scene.json", R"({"schema": 1, "objects": [{"id": 1, "family": "mug", )" + counts +
+                                            R"(}, {"id": 7, "family": "pencil"}]})");
+  const std::vector<std::string> problems = check_dataset(folder.path());
+  ASSERT_EQ(problems.size(), 1u);
+  EXPECT_NE(problems[0].find("left_label.png"), std::string::npos) << problems[0];
+  EXPECT_NE(problems[0].find("101"), std::string::npos) << problems[0];
 }
 
 TEST(DatasetFiles, ReadsSaxenasLayout) {
