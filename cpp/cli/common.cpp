@@ -102,7 +102,15 @@ void add_segmentation_arguments(CLI::App& command, SegmentationArguments& argume
       ->type_name("U,V")
       ->delimiter(',')
       ->expected(2)
-      ->check(CLI::Range(0.0, 32767.0));
+      ->check(CLI::Validator(
+          [](const std::string& word) {
+            double value = -1;  // CLI::Range would let NaN pass
+            const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+            const bool good =
+                error == std::errc{} && end == word.data() + word.size() && value >= 0 && value <= 32767;
+            return good ? std::string() : "'" + word + "' is no pixel, expected a number from 0 to 32767";
+          },
+          ""));
 }
 
 SegmentationOptions segmentation_options(const SegmentationArguments& arguments, const cv::Size& image_size) {

@@ -48,6 +48,16 @@ std::string number_text(double value) {
   return std::string(buffer.data(), result.ptr);
 }
 
+/// A piece of the file for a message: short, and of printable characters.
+std::string quoted(std::string text) {
+  const std::size_t longest = 40;
+  if (text.size() > longest) text = text.substr(0, longest) + "...";
+  for (char& c : text) {
+    if (c < 0x20 || c > 0x7e) c = '?';
+  }
+  return "'" + text + "'";
+}
+
 /// Numbers that no camera has would overflow somewhere further on.
 void check_plausible(const StereoCamera& camera, const Checker& check) {
   check.require(camera.focal_px >= 1 && camera.focal_px <= 1e6,
@@ -61,7 +71,7 @@ void check_plausible(const StereoCamera& camera, const Checker& check) {
 int image_side(const std::optional<int>& value, const std::string& name, const std::string& text,
                const Checker& check) {
   check.require(value && *value >= 1 && *value <= max_side_px,
-                name + " is '" + text + "', expected a whole number of pixels from 1 to 32767");
+                name + " is " + quoted(text) + ", expected a whole number of pixels from 1 to 32767");
   return *value;
 }
 
@@ -90,7 +100,7 @@ Eigen::Matrix3d parse_middlebury_matrix(const std::string& name, const std::stri
     int column_count = 0;
     while (numbers >> number) {
       const std::optional<double> value = detail::parse_number(number);
-      check.require(value.has_value(), name + ": '" + number + "' is no finite number");
+      check.require(value.has_value(), name + ": " + quoted(number) + " is no finite number");
       check.require(column_count < 3, shape);
       matrix(row_count, column_count++) = *value;
     }
@@ -118,7 +128,7 @@ StereoCamera parse_middlebury(const std::string& text, const Checker& check) {
                   "line " + std::to_string(number) + " is no KEY=VALUE, expected a Middlebury calib.txt");
     const std::string key = trimmed(line.substr(0, equals));
     check.require(entries.emplace(key, trimmed(line.substr(equals + 1))).second,
-                  "'" + key + "' is given twice");
+                  quoted(key) + " is given twice");
   }
   const auto entry = [&](const std::string& key) -> const std::string& {
     const auto found = entries.find(key);
@@ -129,7 +139,7 @@ StereoCamera parse_middlebury(const std::string& text, const Checker& check) {
   };
   const auto number = [&](const std::string& key) {
     const std::optional<double> value = detail::parse_number(entry(key));
-    check.require(value.has_value(), key + " is '" + entry(key) + "', expected a finite number");
+    check.require(value.has_value(), key + " is " + quoted(entry(key)) + ", expected a finite number");
     return *value;
   };
 
@@ -146,9 +156,9 @@ StereoCamera parse_middlebury(const std::string& text, const Checker& check) {
       std::abs(left(0, 0) - right(0, 0)) <= same_px && std::abs(left(1, 2) - right(1, 2)) <= same_px,
       "cam0 and cam1 differ in focal length or row of the principal point, expected a rectified pair");
   const double doffs_px = right(0, 2) - left(0, 2);
-  check.require(
-      std::abs(camera.doffs_px - doffs_px) <= 0.05,
-      "doffs is " + entry("doffs") + ", expected cx of cam1 minus cx of cam0: " + number_text(doffs_px));
+  check.require(std::abs(camera.doffs_px - doffs_px) <= 0.05,
+                "doffs is " + number_text(camera.doffs_px) +
+                    ", expected cx of cam1 minus cx of cam0: " + number_text(doffs_px));
   return camera;
 }
 
@@ -244,8 +254,8 @@ CameraInfo read_camera_info(const YAML::Node& root, const Checker& check) {
   const std::map<std::string, std::set<std::size_t>> counts{
       {"plumb_bob", {0, 4, 5}}, {"rational_polynomial", {8}}, {"equidistant", {4}}};
   const auto known = counts.find(model);
-  check.require(known != counts.end(), "distortion_model is '" + model +
-                                           "', expected plumb_bob, rational_polynomial or equidistant");
+  check.require(known != counts.end(), "distortion_model is " + quoted(model) +
+                                           ", expected plumb_bob, rational_polynomial or equidistant");
   check.require(known->second.count(info.raw.distortion.size()) == 1,
                 "'distortion_coefficients' has " + std::to_string(info.raw.distortion.size()) +
                     " numbers, expected " + std::to_string(*known->second.rbegin()) + " for " + model);
