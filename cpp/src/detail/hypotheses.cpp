@@ -69,6 +69,33 @@ std::vector<cv::Point2f> table_hull(const Relief& relief, const TablePlane& plan
   return hull;
 }
 
+/// Pixels above the plane by more than their error, without specks: noise makes those.
+cv::Mat pixels_off_plane(const Relief& relief) {
+  constexpr float least_px = 0.3F, least_sigmas = 3;
+  cv::Mat off_plane(relief.residual_px.size(), CV_8UC1);
+  for (int v = 0; v < off_plane.rows; ++v) {
+    const auto* residual = relief.residual_px.ptr<float>(v);
+    const auto* sigma = relief.sigma_px.ptr<float>(v);
+    auto* to = off_plane.ptr<uchar>(v);
+    for (int u = 0; u < off_plane.cols; ++u) {
+      to[u] = residual[u] > std::max(least_px, least_sigmas * sigma[u]) ? 255 : 0;
+    }
+  }
+  constexpr int least_area_px = 25;
+  cv::Mat labels, stats, centres;
+  const int count = cv::connectedComponentsWithStats(off_plane, labels, stats, centres, 8, CV_32S);
+  std::vector<uchar> keep(static_cast<std::size_t>(count), 0);
+  for (int label = 1; label < count; ++label) {
+    keep[static_cast<std::size_t>(label)] = stats.at<int>(label, cv::CC_STAT_AREA) >= least_area_px ? 255 : 0;
+  }
+  for (int v = 0; v < off_plane.rows; ++v) {
+    for (int u = 0; u < off_plane.cols; ++u) {
+      off_plane.at<uchar>(v, u) = keep[static_cast<std::size_t>(labels.at<int>(v, u))];
+    }
+  }
+  return off_plane;
+}
+
 /// How much better their own disparity explains the pixels than the table's: ratio of grey differences.
 double explained_by_itself(const cv::Mat& left, const cv::Mat& right, const Relief& relief,
                            const TablePlane& plane, const std::vector<cv::Point>& pixels, double noise) {
@@ -161,7 +188,6 @@ std::vector<Hypothesis> hypotheses_on_table(const RectifiedPair& pair, const Rel
   if (hull.size() < 3) return {};
 
   // Pixels that stand out, on the table's axes.
-  const double least_px = std::max(0.4, 2.5 * std::min(plane.sigma_px, 0.4));
   constexpr double least_height_m = 0.003;
   struct Standing {
     cv::Point pixel;
@@ -182,10 +208,11 @@ std::vector<Hypothesis> hypotheses_on_table(const RectifiedPair& pair, const Rel
   high = {std::min(high.x, low.x + largest_m), std::min(high.y, low.y + largest_m)};
   cv::Mat counts = cv::Mat::zeros(static_cast<int>((high.y - low.y) / cell) + 1,
                                   static_cast<int>((high.x - low.x) / cell) + 1, CV_32S);
+  const cv::Mat off_plane = pixels_off_plane(relief);
   for (int v = 0; v < relief.residual_px.rows; ++v) {
     const auto* row = relief.residual_px.ptr<float>(v);
     for (int u = 0; u < relief.residual_px.cols; ++u) {
-      if (!(row[u] > least_px)) continue;
+      if (!off_plane.at<uchar>(v, u)) continue;
       const double d = plane_disparity(plane, u, v) + row[u];
       if (d + camera.doffs_px <= 0) continue;
       const double height = height_m(plane, camera, u, v, d);
