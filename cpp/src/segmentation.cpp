@@ -120,7 +120,8 @@ cv::Mat figure_off_plane(const Hypothesis& hypothesis) {
 }
 
 /// III-A, Fig. 2c: depth and colour together, in a region around the hypothesis.
-cv::Mat figure_by_colour(const Hypothesis& hypothesis, const cv::Mat& image, const cv::Mat& known_ground) {
+cv::Mat figure_by_colour(const Hypothesis& hypothesis, const cv::Mat& image, const cv::Mat& known_ground,
+                         const cv::Mat& others) {
   const cv::Rect box = cv::boundingRect(hypothesis.seeds);
   const int margin = std::max(12, static_cast<int>(0.2 * std::max(box.width, box.height)));
   const cv::Rect region =
@@ -129,6 +130,13 @@ cv::Mat figure_by_colour(const Hypothesis& hypothesis, const cv::Mat& image, con
   detail::FigureEvidence evidence;
   evidence.image = image(region);
   const cv::Mat seeds = hypothesis.seeds(region);
+  // The region is larger than the object: what runs over its sides is not the object's.
+  cv::Mat sides(image.size(), CV_8UC1, cv::Scalar(255));
+  sides(cv::Rect(region.x + 1, region.y + 1, region.width - 2, region.height - 2)).setTo(0);
+  for (int side = 0; side < 2; ++side) {
+    sides.col(side * (image.cols - 1)).setTo(0);
+    sides.row(side * (image.rows - 1)).setTo(0);
+  }
   const cv::Mat ground = known_ground(region) & ~seeds;
   const cv::Mat sure_figure = shrunk(seeds, 2), sure_ground = shrunk(ground, 2);
   evidence.figure_seeds = cv::countNonZero(sure_figure) > 50 ? sure_figure : seeds;
@@ -137,8 +145,9 @@ cv::Mat figure_by_colour(const Hypothesis& hypothesis, const cv::Mat& image, con
   evidence.log_odds = cv::Mat(region.size(), CV_32FC1, cv::Scalar(-0.3));
   evidence.log_odds.setTo(-1, ground);
   evidence.log_odds.setTo(1, seeds);
-  evidence.log_odds.setTo(-4, sure_ground);
+  evidence.log_odds.setTo(-2, sure_ground);
   evidence.log_odds.setTo(4, sure_figure);
+  evidence.log_odds.setTo(-20, (others(region) | sides(region)) & ~seeds);
 
   cv::Mat mask = cv::Mat::zeros(image.size(), CV_8UC1);
   detail::cut_figure(evidence).copyTo(mask(region));
@@ -242,6 +251,8 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
     if (hypotheses.size() > 1) hypotheses.resize(1);
   }
 
+  cv::Mat all_seeds = cv::Mat::zeros(size, CV_8UC1);
+  for (const Hypothesis& hypothesis : hypotheses) all_seeds |= hypothesis.seeds;
   for (const Hypothesis& hypothesis : hypotheses) {
     cv::Mat mask;
     if (by_disparity) {
@@ -249,7 +260,7 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
     } else if (options.cues == CueLevel::plane) {
       mask = figure_off_plane(hypothesis);
     } else {
-      mask = figure_by_colour(hypothesis, pair.left, known_ground);
+      mask = figure_by_colour(hypothesis, pair.left, known_ground, all_seeds & ~hypothesis.seeds);
     }
     if (mask.empty()) continue;
     mask.setTo(0, result.instance_ids);  // what was looked at first keeps its pixels

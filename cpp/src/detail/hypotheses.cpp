@@ -45,18 +45,51 @@ struct TableAxes {
   }
 };
 
+/// The connected parts of a mask that hold at least `least` pixels of another.
+cv::Mat parts_holding(const cv::Mat& mask, const cv::Mat& other, int least) {
+  cv::Mat labels;
+  const int count = cv::connectedComponents(mask, labels, 8, CV_32S);
+  std::vector<int> held(static_cast<std::size_t>(count), 0);
+  for (int v = 0; v < mask.rows; ++v) {
+    for (int u = 0; u < mask.cols; ++u) {
+      if (other.at<uchar>(v, u)) ++held[static_cast<std::size_t>(labels.at<int>(v, u))];
+    }
+  }
+  held[0] = 0;
+  cv::Mat kept(mask.size(), CV_8UC1);
+  for (int v = 0; v < mask.rows; ++v) {
+    for (int u = 0; u < mask.cols; ++u) {
+      kept.at<uchar>(v, u) = held[static_cast<std::size_t>(labels.at<int>(v, u))] >= least ? 255 : 0;
+    }
+  }
+  return kept;
+}
+
 /// The table as far as it is seen: convex hull, on its own axes, of what lies on the plane.
 std::vector<cv::Point2f> table_hull(const Relief& relief, const TablePlane& plane, const StereoCamera& camera,
                                     const TableAxes& axes) {
-  cv::Mat on_plane(relief.residual_px.size(), CV_8UC1);
+  const cv::Size size = relief.residual_px.size();
+  cv::Mat on_plane(size, CV_32FC1), off_plane(size, CV_32FC1);
   const double within_px = std::max(0.5, 2 * plane.sigma_px);
-  for (int v = 0; v < on_plane.rows; ++v) {
-    for (int u = 0; u < on_plane.cols; ++u) {
-      on_plane.at<uchar>(v, u) = std::abs(relief.residual_px.at<float>(v, u)) < within_px ? 255 : 0;
+  for (int v = 0; v < size.height; ++v) {
+    const auto* residual = relief.residual_px.ptr<float>(v);
+    for (int u = 0; u < size.width; ++u) {
+      on_plane.at<float>(v, u) = std::abs(residual[u]) < within_px ? 1.0F : 0.0F;
+      off_plane.at<float>(v, u) = std::abs(residual[u]) >= within_px ? 1.0F : 0.0F;
     }
   }
-  // A wall that crosses the plane lies on it along a line only.
-  cv::morphologyEx(on_plane, on_plane, cv::MORPH_OPEN, cv::Mat::ones(9, 9, CV_8U));
+  // A wall or floor that crosses the plane lies on it along a line only: look at the share in a window.
+  const cv::Size window(21, 21);
+  cv::boxFilter(on_plane, on_plane, CV_32F, window);
+  cv::boxFilter(off_plane, off_plane, CV_32F, window);
+  on_plane = (on_plane > off_plane) & (on_plane > 0.15);
+  cv::Mat labels, stats, centres;
+  const int count = cv::connectedComponentsWithStats(on_plane, labels, stats, centres, 8, CV_32S);
+  int largest = 0;
+  for (int label = 1; label < count; ++label) {
+    largest = std::max(largest, stats.at<int>(label, cv::CC_STAT_AREA));
+  }
+  on_plane = parts_holding(on_plane, on_plane, largest / 10);
   std::vector<cv::Point2f> points;
   for (const cv::Point& pixel : where(on_plane)) {
     if ((pixel.x + pixel.y) % 3 != 0) continue;
@@ -69,31 +102,24 @@ std::vector<cv::Point2f> table_hull(const Relief& relief, const TablePlane& plan
   return hull;
 }
 
-/// Pixels above the plane by more than their error, without specks: noise makes those.
+/// Pixels above the plane by more than their error. Hysteresis: what surely stands out, in pieces large
+/// enough not to be noise, and what is connected to it and probably does.
 cv::Mat pixels_off_plane(const Relief& relief) {
-  constexpr float least_px = 0.3F, least_sigmas = 3;
-  cv::Mat off_plane(relief.residual_px.size(), CV_8UC1);
-  for (int v = 0; v < off_plane.rows; ++v) {
-    const auto* residual = relief.residual_px.ptr<float>(v);
-    const auto* sigma = relief.sigma_px.ptr<float>(v);
-    auto* to = off_plane.ptr<uchar>(v);
-    for (int u = 0; u < off_plane.cols; ++u) {
-      to[u] = residual[u] > std::max(least_px, least_sigmas * sigma[u]) ? 255 : 0;
+  const auto above = [&](float least_px, float least_sigmas) {
+    cv::Mat mask(relief.residual_px.size(), CV_8UC1);
+    for (int v = 0; v < mask.rows; ++v) {
+      const auto* residual = relief.residual_px.ptr<float>(v);
+      const auto* sigma = relief.sigma_px.ptr<float>(v);
+      auto* to = mask.ptr<uchar>(v);
+      for (int u = 0; u < mask.cols; ++u) {
+        to[u] = residual[u] > std::max(least_px, least_sigmas * sigma[u]) ? 255 : 0;
+      }
     }
-  }
+    return mask;
+  };
   constexpr int least_area_px = 25;
-  cv::Mat labels, stats, centres;
-  const int count = cv::connectedComponentsWithStats(off_plane, labels, stats, centres, 8, CV_32S);
-  std::vector<uchar> keep(static_cast<std::size_t>(count), 0);
-  for (int label = 1; label < count; ++label) {
-    keep[static_cast<std::size_t>(label)] = stats.at<int>(label, cv::CC_STAT_AREA) >= least_area_px ? 255 : 0;
-  }
-  for (int v = 0; v < off_plane.rows; ++v) {
-    for (int u = 0; u < off_plane.cols; ++u) {
-      off_plane.at<uchar>(v, u) = keep[static_cast<std::size_t>(labels.at<int>(v, u))];
-    }
-  }
-  return off_plane;
+  const cv::Mat surely = above(0.3F, 3), probably = above(0.15F, 2);
+  return parts_holding(probably, parts_holding(surely, surely, least_area_px), least_area_px);
 }
 
 /// How much better their own disparity explains the pixels than the table's: ratio of grey differences.
