@@ -81,8 +81,7 @@ cv::Mat parts_with_seeds(const cv::Mat& mask, const cv::Mat& seeds) {
 /// by continuity in depth: a watershed on the disparity between what is at zero and what is far from it.
 cv::Mat figure_at_zero_disparity(const Hypothesis& hypothesis, const cv::Mat& disparity,
                                  const StereoCamera& camera) {
-  constexpr double half_depth = 0.07;  // share of the depth: 5 cm at 0.7 m
-  const double band_px = std::max(1.5, half_depth * (hypothesis.disparity_px + camera.doffs_px));
+  const double band_px = detail::zero_disparity_band_px(hypothesis.disparity_px + camera.doffs_px);
   cv::Mat shown = cv::Mat::zeros(disparity.size(), CV_8UC3);
   cv::Mat markers = cv::Mat::zeros(disparity.size(), CV_32S);
   const cv::Rect near = cv::boundingRect(grown(hypothesis.seeds, 20));
@@ -100,7 +99,7 @@ cv::Mat figure_at_zero_disparity(const Hypothesis& hypothesis, const cv::Mat& di
       const double off = d - hypothesis.disparity_px;
       const auto level = cv::saturate_cast<uchar>(128 + 40 * off / band_px);
       shown.at<cv::Vec3b>(v, u) = {level, level, level};
-      if (std::abs(off) > 1.5 * band_px) {
+      if (std::abs(off) > 1.3 * band_px) {
         marker = ground;
       } else if (std::abs(off) < band_px && core.at<uchar>(v, u)) {
         marker = figure;
@@ -165,7 +164,21 @@ ObjectHypothesis describe_object(const cv::Mat& mask, int id) {
   return object;
 }
 
-/// Known pixels that lie on the table or stand elsewhere.
+/// Known pixels far from the depth of the hypothesis: the ground where there is no table.
+cv::Mat ground_off_zero_disparity(const Hypothesis& hypothesis, const cv::Mat& disparity,
+                                  const StereoCamera& camera) {
+  const double band_px = detail::zero_disparity_band_px(hypothesis.disparity_px + camera.doffs_px);
+  cv::Mat ground(disparity.size(), CV_8UC1);
+  for (int v = 0; v < ground.rows; ++v) {
+    for (int u = 0; u < ground.cols; ++u) {
+      ground.at<uchar>(v, u) =
+          std::abs(disparity.at<float>(v, u) - hypothesis.disparity_px) > 1.3 * band_px ? 255 : 0;
+    }
+  }
+  return ground;
+}
+
+/// Known pixels that lie on the table or below.
 cv::Mat ground_of(const detail::Relief& relief, double least_px) {
   cv::Mat ground(relief.residual_px.size(), CV_8UC1);
   for (int v = 0; v < ground.rows; ++v) {
@@ -175,6 +188,21 @@ cv::Mat ground_of(const detail::Relief& relief, double least_px) {
     }
   }
   return ground;
+}
+
+/// Of the hypotheses the one that is looked at, or a new one where they leave the pixel out.
+std::vector<Hypothesis> at_fixation(std::vector<Hypothesis> hypotheses, const cv::Point& at,
+                                    const Disparity& disparity, const StereoCamera& camera,
+                                    const SegmentationOptions& options) {
+  constexpr int near_px = 5;
+  for (Hypothesis& hypothesis : hypotheses) {
+    if (grown(hypothesis.seeds, near_px).at<uchar>(at)) return {std::move(hypothesis)};
+  }
+  std::vector<Hypothesis> found;
+  if (auto hypothesis = detail::hypothesis_at(at, disparity, camera, options)) {
+    found.push_back(std::move(*hypothesis));
+  }
+  return found;
 }
 
 }  // namespace
@@ -228,39 +256,41 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
   }
 
   std::vector<Hypothesis> hypotheses;
-  cv::Mat known_ground = cv::Mat::zeros(size, CV_8UC1);
-  bool by_disparity = options.cues == CueLevel::disparity;
-  if (!by_disparity) {
+  cv::Mat table;
+  if (options.cues != CueLevel::disparity) {
     result.table = fit_table_plane(pair, disparity, camera);
-    if (result.table) {
-      const detail::Relief relief = detail::relief_over_plane(pair, disparity, *result.table);
-      hypotheses = detail::hypotheses_on_table(pair, relief, *result.table, camera, options);
-      known_ground = ground_of(relief, 0.4);
-    } else {
+    if (!result.table) {
       result.warnings.emplace_back("no support plane: objects are told by steps in depth alone");
-      by_disparity = true;
     }
   }
-  if (by_disparity) hypotheses = detail::hypotheses_by_disparity(disparity.dense, camera, options);
+  if (result.table) {
+    const detail::Relief relief = detail::relief_over_plane(pair, disparity, *result.table);
+    hypotheses = detail::hypotheses_on_table(pair, relief, *result.table, camera, options);
+    table = ground_of(relief, 0.4);
+  } else {
+    hypotheses = detail::hypotheses_by_disparity(disparity, camera, options);
+  }
   if (options.fixation_px) {
     const cv::Point at(static_cast<int>(std::lround(options.fixation_px->x())),
                        static_cast<int>(std::lround(options.fixation_px->y())));
-    hypotheses.erase(std::remove_if(hypotheses.begin(), hypotheses.end(),
-                                    [&](const Hypothesis& h) { return !grown(h.seeds, 5).at<uchar>(at); }),
-                     hypotheses.end());
-    if (hypotheses.size() > 1) hypotheses.resize(1);
+    hypotheses = at_fixation(std::move(hypotheses), at, disparity, camera, options);
+  }
+  if (static_cast<int>(hypotheses.size()) > options.max_objects) {
+    hypotheses.resize(static_cast<std::size_t>(options.max_objects));
   }
 
   cv::Mat all_seeds = cv::Mat::zeros(size, CV_8UC1);
   for (const Hypothesis& hypothesis : hypotheses) all_seeds |= hypothesis.seeds;
   for (const Hypothesis& hypothesis : hypotheses) {
     cv::Mat mask;
-    if (by_disparity) {
-      mask = figure_at_zero_disparity(hypothesis, disparity.dense, camera);
-    } else if (options.cues == CueLevel::plane) {
+    if (options.cues == CueLevel::colour) {
+      const cv::Mat ground =
+          result.table ? table : ground_off_zero_disparity(hypothesis, disparity.dense, camera);
+      mask = figure_by_colour(hypothesis, pair.left, ground, all_seeds & ~hypothesis.seeds);
+    } else if (options.cues == CueLevel::plane && result.table) {
       mask = figure_off_plane(hypothesis);
     } else {
-      mask = figure_by_colour(hypothesis, pair.left, known_ground, all_seeds & ~hypothesis.seeds);
+      mask = figure_at_zero_disparity(hypothesis, disparity.dense, camera);
     }
     if (mask.empty()) continue;
     mask.setTo(0, result.instance_ids);  // what was looked at first keeps its pixels

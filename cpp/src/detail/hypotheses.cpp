@@ -20,10 +20,9 @@ double quantile(std::vector<float> values, double share) {
   return *at;
 }
 
-void sort_by_saliency(std::vector<Hypothesis>& hypotheses, int most) {
+void sort_by_saliency(std::vector<Hypothesis>& hypotheses) {
   std::stable_sort(hypotheses.begin(), hypotheses.end(),
                    [](const auto& a, const auto& b) { return a.saliency > b.saliency; });
-  if (static_cast<int>(hypotheses.size()) > most) hypotheses.resize(static_cast<std::size_t>(most));
 }
 
 std::vector<cv::Point> where(const cv::Mat& mask) {
@@ -144,66 +143,140 @@ double explained_by_itself(const cv::Mat& left, const cv::Mat& right, const Reli
   return as_table / std::max(as_itself, floor);
 }
 
-}  // namespace
+cv::Mat near_zero_disparity(const cv::Mat& disparity, double fixated_px, double band_px) {
+  cv::Mat mask;
+  cv::inRange(disparity, fixated_px - band_px, fixated_px + band_px, mask);
+  return mask;
+}
 
-std::vector<Hypothesis> hypotheses_by_disparity(const cv::Mat& disparity, const StereoCamera& camera,
-                                                const SegmentationOptions& options) {
-  // Fill the holes from the farther side of their row, where occlusion makes them.
-  cv::Mat filled = disparity.clone();
-  for (int v = 0; v < filled.rows; ++v) {
-    auto* row = filled.ptr<float>(v);
-    for (int u = 0; u < filled.cols; ++u) {
-      if (!std::isnan(row[u])) continue;
+/// What counts as a step in depth rather than a slope.
+double step_in_depth_px(double shifted_px) {
+  return std::max(1.0, 0.015 * shifted_px);
+}
+
+/// Of a mask of one depth (CV_8UC1), the runs along its rows with a step down to something farther at both
+/// ends. Ground of the same depth comes along, but it is cut off by the band of depth and not by a step.
+cv::Mat runs_between_steps(const cv::Mat& mask, const cv::Mat& disparity, double step_px) {
+  constexpr int look_px = 12;
+  cv::Mat runs = cv::Mat::zeros(mask.size(), CV_8UC1);
+  for (int v = 0; v < mask.rows; ++v) {
+    const auto* row = disparity.ptr<float>(v);
+    // Is the next known pixel from here, just outside of the run, a step farther away?
+    const auto steps_down = [&](int u, int direction) {
+      const float here = row[u];
+      u += 2 * direction;
+      for (int i = 0; i < look_px && u >= 0 && u < mask.cols; ++i, u += direction) {
+        if (!std::isnan(row[u])) return row[u] < here - step_px;
+      }
+      return false;
+    };
+    const auto* in_mask = mask.ptr<uchar>(v);
+    for (int u = 0; u < mask.cols; ++u) {
+      if (!in_mask[u]) continue;
       int end = u;
-      while (end < filled.cols && std::isnan(row[end])) ++end;
-      const float before = u > 0 ? row[u - 1] : std::numeric_limits<float>::infinity();
-      const float after = end < filled.cols ? row[end] : std::numeric_limits<float>::infinity();
-      const float farther = std::min(before, after);
-      std::fill(row + u, row + end, std::isinf(farther) ? 0 : farther);
+      while (end + 1 < mask.cols && in_mask[end + 1]) ++end;
+      if (steps_down(u, -1) && steps_down(end, 1)) runs.row(v).colRange(u, end + 1).setTo(255);
       u = end;
     }
   }
-  cv::medianBlur(filled, filled, 5);
+  return runs;
+}
 
-  // What is narrower than a third of the row and nearer than both its sides.
-  cv::Mat surroundings;
-  const cv::Mat line = cv::Mat::ones(1, std::max(3, filled.cols / 3), CV_8U);
-  cv::morphologyEx(filled, surroundings, cv::MORPH_OPEN, line);
-  cv::Mat nearer(filled.size(), CV_8UC1);
-  for (int v = 0; v < filled.rows; ++v) {
-    for (int u = 0; u < filled.cols; ++u) {
-      const float d = filled.at<float>(v, u);
-      const double step_px = std::max(1.5, 0.03 * (d + camera.doffs_px));
-      nearer.at<uchar>(v, u) = d - surroundings.at<float>(v, u) > step_px ? 255 : 0;
-    }
-  }
-  cv::morphologyEx(nearer, nearer, cv::MORPH_OPEN, cv::Mat::ones(5, 5, CV_8U));
+}  // namespace
 
-  cv::Mat labels, stats, centres;
-  const int count = cv::connectedComponentsWithStats(nearer, labels, stats, centres, 8, CV_32S);
+double zero_disparity_band_px(double shifted_px) {
+  return std::max(1.5, 0.06 * shifted_px);
+}
+
+std::vector<Hypothesis> hypotheses_by_disparity(const Disparity& disparity, const StereoCamera& camera,
+                                                const SegmentationOptions& options) {
+  // Half size is plenty to find them.
+  cv::Mat dense, reliable;
+  const cv::Size half(disparity.dense.cols / 2, disparity.dense.rows / 2);
+  cv::resize(disparity.dense, dense, half, 0, 0, cv::INTER_NEAREST);
+  cv::resize(disparity.reliable, reliable, half, 0, 0, cv::INTER_NEAREST);
+  const cv::Mat known = reliable == reliable;
+  double largest = 0;
+  cv::minMaxLoc(dense, nullptr, &largest, nullptr, nullptr, dense == dense);
+
   std::vector<Hypothesis> found;
-  for (int label = 1; label < count; ++label) {
-    const int* s = stats.ptr<int>(label);
-    const cv::Rect box(s[cv::CC_STAT_LEFT], s[cv::CC_STAT_TOP], s[cv::CC_STAT_WIDTH], s[cv::CC_STAT_HEIGHT]);
-    if (s[cv::CC_STAT_AREA] < 60) continue;
-    Hypothesis hypothesis;
-    hypothesis.seeds = cv::Mat::zeros(filled.size(), CV_8UC1);
-    hypothesis.seeds(box).setTo(255, labels(box) == label);
-    std::vector<float> disparities;
-    double step_sum = 0;
-    for (const cv::Point& p : where(hypothesis.seeds)) {
-      disparities.push_back(filled.at<float>(p));
-      step_sum += filled.at<float>(p) - surroundings.at<float>(p);
+  constexpr double depth_ratio = 1.06;  // from one fixation to the next
+  constexpr double farthest_m = 5;
+  const double nearest_shifted_px = largest + camera.doffs_px;
+  const double farthest_shifted_px = camera.focal_px * camera.baseline_m / farthest_m;
+  for (double shifted_px = nearest_shifted_px / depth_ratio; shifted_px > farthest_shifted_px;
+       shifted_px /= depth_ratio) {
+    const double fixated_px = shifted_px - camera.doffs_px;
+    const cv::Mat at_zero = near_zero_disparity(dense, fixated_px, zero_disparity_band_px(shifted_px));
+    cv::Mat standing = runs_between_steps(at_zero, dense, step_in_depth_px(shifted_px));
+    cv::morphologyEx(standing, standing, cv::MORPH_CLOSE, cv::Mat::ones(3, 3, CV_8U));
+    cv::Mat labels, stats, centres;
+    const int count = cv::connectedComponentsWithStats(standing, labels, stats, centres, 8, CV_32S);
+    for (int label = 1; label < count; ++label) {
+      const int* stat = stats.ptr<int>(label);
+      const cv::Rect box(stat[cv::CC_STAT_LEFT], stat[cv::CC_STAT_TOP], stat[cv::CC_STAT_WIDTH],
+                         stat[cv::CC_STAT_HEIGHT]);
+      const int area = stat[cv::CC_STAT_AREA];
+      constexpr int least_area_px = 40;
+      const double extent_m = 2 * std::max(box.width, box.height) * camera.baseline_m / shifted_px;
+      if (area < least_area_px || extent_m < options.min_extent_m || extent_m > options.max_extent_m)
+        continue;
+      const cv::Mat part = labels(box) == label;
+      constexpr double least_known_share = 0.4;
+      if (cv::countNonZero(known(box) & part) < least_known_share * area) continue;
+      Hypothesis hypothesis;
+      cv::Mat seeds = cv::Mat::zeros(half, CV_8UC1);
+      part.copyTo(seeds(box));
+      cv::resize(seeds, hypothesis.seeds, disparity.dense.size(), 0, 0, cv::INTER_NEAREST);
+      hypothesis.disparity_px = fixated_px;
+      hypothesis.saliency = area;
+      found.push_back(std::move(hypothesis));
     }
-    hypothesis.disparity_px = quantile(disparities, 0.5);
-    const double depth = camera.depth_m(hypothesis.disparity_px);
-    const double extent_m = std::max(box.width, box.height) * depth / camera.focal_px;
-    if (!(extent_m >= options.min_extent_m && extent_m <= options.max_extent_m)) continue;
-    hypothesis.saliency = step_sum / (hypothesis.disparity_px + camera.doffs_px);
-    found.push_back(std::move(hypothesis));
   }
-  sort_by_saliency(found, options.max_objects);
-  return found;
+  // Neighbouring fixations find the same object: the most salient one stays.
+  sort_by_saliency(found);
+  std::vector<Hypothesis> kept;
+  cv::Mat taken = cv::Mat::zeros(disparity.dense.size(), CV_8UC1);
+  for (Hypothesis& hypothesis : found) {
+    const int area = cv::countNonZero(hypothesis.seeds);
+    constexpr double most_shared = 0.3;
+    if (cv::countNonZero(hypothesis.seeds & taken) > most_shared * area) continue;
+    taken |= hypothesis.seeds;
+    kept.push_back(std::move(hypothesis));
+  }
+  return kept;
+}
+
+std::optional<Hypothesis> hypothesis_at(const cv::Point& fixation, const Disparity& disparity,
+                                        const StereoCamera& camera, const SegmentationOptions& options) {
+  const cv::Size size = disparity.dense.size();
+  const cv::Rect around = cv::Rect(fixation.x - 5, fixation.y - 5, 11, 11) & cv::Rect({0, 0}, size);
+  std::vector<float> near;
+  for (const cv::Mat* map : {&disparity.reliable, &disparity.dense}) {
+    for (int v = around.y; near.size() < 10 && v < around.br().y; ++v) {
+      for (int u = around.x; u < around.br().x; ++u) {
+        if (!std::isnan(map->at<float>(v, u))) near.push_back(map->at<float>(v, u));
+      }
+    }
+  }
+  if (near.empty()) return std::nullopt;
+  Hypothesis hypothesis;
+  hypothesis.disparity_px = quantile(near, 0.5);
+  const double shifted_px = hypothesis.disparity_px + camera.doffs_px;
+  if (shifted_px <= 0) return std::nullopt;
+
+  const double px_of_m = shifted_px / camera.baseline_m;
+  cv::Mat reach = cv::Mat::zeros(size, CV_8UC1), gaze = reach.clone();
+  cv::circle(reach, fixation, static_cast<int>(options.max_extent_m / 2 * px_of_m), 255, cv::FILLED);
+  cv::circle(gaze, fixation, std::max(4, static_cast<int>(0.01 * px_of_m)), 255, cv::FILLED);
+  const cv::Mat at_zero =
+      near_zero_disparity(disparity.dense, hypothesis.disparity_px, zero_disparity_band_px(shifted_px));
+  cv::Mat standing = runs_between_steps(at_zero, disparity.dense, step_in_depth_px(shifted_px)) & reach;
+  cv::morphologyEx(standing, standing, cv::MORPH_CLOSE, cv::Mat::ones(3, 3, CV_8U));
+  hypothesis.seeds = parts_holding(standing, gaze, 1) | (gaze & at_zero);
+  hypothesis.saliency = cv::countNonZero(hypothesis.seeds);
+  if (hypothesis.saliency <= 0) return std::nullopt;
+  return hypothesis;
 }
 
 std::vector<Hypothesis> hypotheses_on_table(const RectifiedPair& pair, const Relief& relief,
@@ -215,12 +288,12 @@ std::vector<Hypothesis> hypotheses_on_table(const RectifiedPair& pair, const Rel
 
   // Pixels that stand out, on the table's axes.
   constexpr double least_height_m = 0.003;
-  struct Standing {
+  struct Raised {
     cv::Point pixel;
     float height_m;
     cv::Point cell;
   };
-  std::vector<Standing> standing;
+  std::vector<Raised> raised;
   const auto cell = static_cast<float>(options.cell_m);
   cv::Point2f low(std::numeric_limits<float>::max(), std::numeric_limits<float>::max()), high = -low;
   for (const cv::Point2f& corner : hull) {
@@ -248,7 +321,7 @@ std::vector<Hypothesis> hypotheses_on_table(const RectifiedPair& pair, const Rel
       const cv::Point in_grid(static_cast<int>((at.x - low.x) / cell),
                               static_cast<int>((at.y - low.y) / cell));
       ++counts.at<int>(in_grid);
-      standing.push_back({{u, v}, static_cast<float>(height), in_grid});
+      raised.push_back({{u, v}, static_cast<float>(height), in_grid});
     }
   }
   cv::Mat occupied = counts >= 2;
@@ -256,8 +329,8 @@ std::vector<Hypothesis> hypotheses_on_table(const RectifiedPair& pair, const Rel
   cv::Mat labels;
   const int count = cv::connectedComponents(occupied, labels, 8, CV_32S);
 
-  std::vector<std::vector<Standing>> groups(static_cast<std::size_t>(count));
-  for (const Standing& s : standing) groups[static_cast<std::size_t>(labels.at<int>(s.cell))].push_back(s);
+  std::vector<std::vector<Raised>> groups(static_cast<std::size_t>(count));
+  for (const Raised& s : raised) groups[static_cast<std::size_t>(labels.at<int>(s.cell))].push_back(s);
   const cv::Mat left = grey(pair.left), right = grey(pair.right);
   const double noise = noise_sigma(left);
   std::vector<Hypothesis> found;
@@ -270,7 +343,7 @@ std::vector<Hypothesis> hypotheses_on_table(const RectifiedPair& pair, const Rel
     Hypothesis hypothesis;
     hypothesis.seeds = cv::Mat::zeros(left.size(), CV_8UC1);
     std::vector<float> disparities;
-    for (const Standing& s : group) {
+    for (const Raised& s : group) {
       heights.push_back(s.height_m);
       cells.emplace_back(s.cell);
       pixels.push_back(s.pixel);
@@ -291,7 +364,7 @@ std::vector<Hypothesis> hypotheses_on_table(const RectifiedPair& pair, const Rel
     hypothesis.saliency = static_cast<double>(group.size());
     found.push_back(std::move(hypothesis));
   }
-  sort_by_saliency(found, options.max_objects);
+  sort_by_saliency(found);
   return found;
 }
 
