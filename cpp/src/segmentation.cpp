@@ -192,13 +192,14 @@ cv::Mat ground_of(const detail::Relief& relief, double least_px) {
 
 /// Of the hypotheses the one that is looked at, or a new one where they leave the pixel out.
 std::vector<Hypothesis> at_fixation(std::vector<Hypothesis> hypotheses, const cv::Point& at,
-                                    const Disparity& disparity, const StereoCamera& camera,
-                                    const SegmentationOptions& options) {
+                                    const cv::Mat& table, const Disparity& disparity,
+                                    const StereoCamera& camera, const SegmentationOptions& options) {
   constexpr int near_px = 5;
   for (Hypothesis& hypothesis : hypotheses) {
     if (grown(hypothesis.seeds, near_px).at<uchar>(at)) return {std::move(hypothesis)};
   }
   std::vector<Hypothesis> found;
+  if (!table.empty() && table.at<uchar>(at)) return found;
   if (auto hypothesis = detail::hypothesis_at(at, disparity, camera, options)) {
     found.push_back(std::move(*hypothesis));
   }
@@ -273,7 +274,7 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
   if (options.fixation_px) {
     const cv::Point at(static_cast<int>(std::lround(options.fixation_px->x())),
                        static_cast<int>(std::lround(options.fixation_px->y())));
-    hypotheses = at_fixation(std::move(hypotheses), at, disparity, camera, options);
+    hypotheses = at_fixation(std::move(hypotheses), at, table, disparity, camera, options);
   }
   if (static_cast<int>(hypotheses.size()) > options.max_objects) {
     hypotheses.resize(static_cast<std::size_t>(options.max_objects));

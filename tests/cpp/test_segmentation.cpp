@@ -1,0 +1,345 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+#include <random>
+
+#include "graspctx/error.hpp"
+#include "graspctx/segmentation.hpp"
+#include "ray_cast.hpp"
+#include "synthetic.hpp"
+
+namespace graspctx {
+namespace {
+
+using testing::Box;
+using testing::CastScene;
+
+const Box tall_box{{-0.08, 0.03, 0.05}, {0.03, 0.02, 0.05}, 0.4, {60, 90, 200}};
+const Box flat_box{{0.09, 0.02, 0.02}, {0.05, 0.035, 0.02}, -0.3, {190, 120, 60}};
+const Box pencil{{0.0, -0.09, 0.0035}, {0.08, 0.0035, 0.0035}, 0.35, {50, 180, 190}};
+
+/// Sensor noise, so that nothing rests on perfect images.
+void add_noise(RectifiedPair& pair, double sigma, std::uint32_t seed = 11) {
+  std::mt19937 generator(seed);
+  for (cv::Mat* view : {&pair.left, &pair.right}) {
+    for (int i = 0; i < static_cast<int>(view->total()) * view->channels(); ++i) {
+      double sum = -6;
+      for (int k = 0; k < 12; ++k) sum += testing::uniform(generator);  // nearly normal, variance 1
+      view->data[i] = cv::saturate_cast<uchar>(view->data[i] + sigma * sum);
+    }
+  }
+}
+
+CastScene make_scene(const std::vector<Box>& boxes,
+                     const Eigen::Isometry3d& cam_from_table = testing::look_at_table()) {
+  CastScene scene = testing::cast_scene(testing::test_camera(), boxes, cam_from_table);
+  add_noise(scene.pair, 1);
+  return scene;
+}
+
+/// Casting takes its time: the scene that most tests look at.
+const CastScene& two_boxes() {
+  static const CastScene scene = make_scene({tall_box, flat_box});
+  return scene;
+}
+
+Segmentation segment(const RectifiedPair& pair, const SegmentationOptions& options = {},
+                     const StereoCamera& camera = testing::test_camera()) {
+  return segment_objects(pair, compute_disparity(pair), camera, options);
+}
+
+Segmentation segment(const RectifiedPair& pair, CueLevel cues) {
+  SegmentationOptions options;
+  options.cues = cues;
+  return segment(pair, options);
+}
+
+/// Best overlap of a true object with a found one.
+double overlap(const CastScene& scene, int true_id, const Segmentation& found) {
+  const cv::Mat truth = scene.instance_ids == true_id;
+  double best = 0;
+  for (const ObjectHypothesis& object : found.objects) {
+    const cv::Mat mask = found.instance_ids == object.id;
+    best =
+        std::max(best, static_cast<double>(cv::countNonZero(mask & truth)) / cv::countNonZero(mask | truth));
+  }
+  return best;
+}
+
+double angle_deg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::acos(std::min(1.0, a.dot(b))) * 180 / CV_PI;
+}
+
+TEST(TablePlane, IsFoundToATenthOfADegreeAndAMillimetre) {
+  const CastScene& scene = two_boxes();
+  const auto plane = fit_table_plane(scene.pair, compute_disparity(scene.pair), testing::test_camera());
+  ASSERT_TRUE(plane);
+  EXPECT_LT(angle_deg(plane->normal, scene.table.normal), 0.1);
+  EXPECT_NEAR(plane->normal.norm(), 1, 1e-12);
+  EXPECT_NEAR(plane->height_m(scene.cam_from_table * Eigen::Vector3d(0, 0, 0)), 0, 0.0005);
+  EXPECT_NEAR(plane->height_m(scene.cam_from_table * Eigen::Vector3d(0.1, -0.1, 0.05)), 0.05, 0.001);
+  // The image's form of it is the same plane.
+  for (const Eigen::Vector2d& pixel : {Eigen::Vector2d(100, 150), Eigen::Vector2d(500, 400)}) {
+    const double d = plane->alpha * pixel.x() + plane->beta * pixel.y() + plane->delta_px;
+    EXPECT_NEAR(plane->height_m(testing::test_camera().triangulate(pixel, d)), 0, 1e-9);
+  }
+  EXPECT_GT(plane->sigma_px, 0);
+  EXPECT_LT(plane->sigma_px, 1);
+}
+
+TEST(TablePlane, HoldsForCamerasWhosePrincipalPointsDiffer) {
+  // The right view moved by some pixels and doffs with it is the same scene.
+  const CastScene& scene = two_boxes();
+  constexpr int moved_px = 12;
+  StereoCamera camera = testing::test_camera();
+  camera.doffs_px = moved_px;
+  RectifiedPair pair = scene.pair;
+  cv::warpAffine(scene.pair.right, pair.right, cv::Matx23d(1, 0, moved_px, 0, 1, 0), pair.right.size());
+  const auto plane = fit_table_plane(pair, compute_disparity(pair), camera);
+  ASSERT_TRUE(plane);
+  EXPECT_LT(angle_deg(plane->normal, scene.table.normal), 0.1);
+  EXPECT_NEAR(plane->offset_m, scene.table.offset_m, 0.001);
+}
+
+TEST(TablePlane, AWallIsNoTable) {
+  const CastScene wall = make_scene({}, testing::look_at_table(0.7, 1.5707));
+  EXPECT_FALSE(fit_table_plane(wall.pair, compute_disparity(wall.pair), testing::test_camera()));
+}
+
+TEST(Segmentation, ColourFindsEachObjectAndNothingElse) {
+  const CastScene scene = make_scene({tall_box, flat_box, pencil});
+  const Segmentation found = segment(scene.pair);
+  EXPECT_EQ(found.objects.size(), 3u);
+  EXPECT_GT(overlap(scene, 1, found), 0.9);
+  EXPECT_GT(overlap(scene, 2, found), 0.9);
+  EXPECT_GT(overlap(scene, 3, found), 0.7);  // 7 mm high and as wide
+  EXPECT_TRUE(found.table);
+  EXPECT_TRUE(found.warnings.empty());
+}
+
+TEST(Segmentation, LevelsDifferAndRise) {
+  const CastScene& scene = two_boxes();
+  const Segmentation disparity = segment(scene.pair, CueLevel::disparity);
+  const Segmentation plane = segment(scene.pair, CueLevel::plane);
+  const Segmentation colour = segment(scene.pair, CueLevel::colour);
+  EXPECT_FALSE(disparity.table);
+  EXPECT_TRUE(plane.table);
+  EXPECT_TRUE(colour.table);
+  double mean[3] = {0, 0, 0};
+  for (int id = 1; id <= 2; ++id) {
+    mean[0] += overlap(scene, id, disparity) / 2;
+    mean[1] += overlap(scene, id, plane) / 2;
+    mean[2] += overlap(scene, id, colour) / 2;
+  }
+  EXPECT_GT(mean[0], 0.2);
+  EXPECT_GT(mean[1], mean[0] + 0.02);
+  EXPECT_GT(mean[2], mean[1] + 0.02);
+}
+
+TEST(Segmentation, DescribesItsObjects) {
+  const Segmentation found = segment(two_boxes().pair);
+  ASSERT_EQ(found.instance_ids.type(), CV_8UC1);
+  ASSERT_EQ(found.instance_ids.size(), cv::Size(640, 480));
+  cv::Mat rest = found.instance_ids.clone();
+  double last = std::numeric_limits<double>::infinity();
+  for (const ObjectHypothesis& object : found.objects) {
+    const cv::Mat mask = found.instance_ids == object.id;
+    EXPECT_EQ(object.bounding_box_px, cv::boundingRect(mask));
+    const cv::Moments m = cv::moments(mask, true);
+    EXPECT_NEAR(object.centroid_px.x(), m.m10 / m.m00, 1e-9);
+    EXPECT_NEAR(object.centroid_px.y(), m.m01 / m.m00, 1e-9);
+    EXPECT_FALSE(object.touches_border);
+    EXPECT_LE(object.saliency, last);
+    last = object.saliency;
+    rest.setTo(0, mask);
+  }
+  EXPECT_EQ(cv::countNonZero(rest), 0);  // no id without its object
+}
+
+TEST(Segmentation, AnObjectCutByTheImageTouchesItsBorder) {
+  const CastScene scene = make_scene({Box{{0.33, 0, 0.04}, {0.05, 0.04, 0.04}, 0.2, {60, 90, 200}}});
+  const Segmentation found = segment(scene.pair);
+  ASSERT_GT(overlap(scene, 1, found), 0.8);
+  EXPECT_TRUE(found.objects.front().touches_border);
+}
+
+TEST(Segmentation, AnEmptyTableHoldsNothing) {
+  const CastScene scene = make_scene({});
+  for (const CueLevel cues : {CueLevel::plane, CueLevel::colour}) {
+    EXPECT_TRUE(segment(scene.pair, cues).objects.empty());
+  }
+}
+
+TEST(Segmentation, WhatIsNoStereoPairHoldsNothing) {
+  const RectifiedPair& pair = two_boxes().pair;
+  const CastScene elsewhere = make_scene({flat_box}, testing::look_at_table(0.6, 0.9, -0.1));
+  cv::Mat upside_down;
+  cv::flip(pair.right, upside_down, 0);
+  const cv::Mat noise_a = testing::random_texture({640, 480}, 1, 1.5);
+  const cv::Mat noise_b = testing::random_texture({640, 480}, 2, 1.5);
+  const cv::Mat plain(480, 640, CV_8UC3, cv::Scalar(120, 130, 140));
+  const std::vector<std::pair<std::string, RectifiedPair>> cases{
+      {"swapped", {pair.right, pair.left}},
+      {"identical", {pair.left, pair.left}},
+      {"another scene", {pair.left, elsewhere.pair.right}},
+      {"upside down", {pair.left, upside_down}},
+      {"noise", {noise_a, noise_b}},
+      {"plain", {plain, plain}}};
+  for (const auto& [name, views] : cases) {
+    for (const CueLevel cues : {CueLevel::disparity, CueLevel::plane, CueLevel::colour}) {
+      const Segmentation found = segment(views, cues);
+      EXPECT_TRUE(found.objects.empty()) << name;
+      EXPECT_EQ(cv::countNonZero(found.instance_ids), 0) << name;
+      EXPECT_FALSE(found.warnings.empty()) << name;
+    }
+  }
+}
+
+TEST(Segmentation, AFixationPicksTheObjectLookedAt) {
+  const CastScene& scene = two_boxes();
+  for (int id = 1; id <= 2; ++id) {
+    const cv::Moments m = cv::moments(scene.instance_ids == id, true);
+    SegmentationOptions options;
+    options.fixation_px = Eigen::Vector2d(m.m10 / m.m00, m.m01 / m.m00);
+    const Segmentation found = segment(scene.pair, options);
+    ASSERT_EQ(found.objects.size(), 1u);
+    EXPECT_GT(overlap(scene, id, found), 0.9);
+  }
+  SegmentationOptions options;
+  options.fixation_px = Eigen::Vector2d(320, 440);  // bare table
+  EXPECT_TRUE(segment(scene.pair, options).objects.empty());
+}
+
+TEST(Segmentation, WithoutASupportPlaneItSaysSo) {
+  // A box before a wall: the camera looks straight at it.
+  const CastScene scene = make_scene({Box{{0, 0, 0.1}, {0.05, 0.04, 0.1}, 0.2, {60, 90, 200}}},
+                                     testing::look_at_table(0.9, 1.5707));
+  const Segmentation found = segment(scene.pair);
+  EXPECT_FALSE(found.table);
+  ASSERT_FALSE(found.warnings.empty());
+  EXPECT_NE(found.warnings.front().find("no support plane"), std::string::npos);
+  EXPECT_GT(overlap(scene, 1, found), 0.7);
+}
+
+TEST(Segmentation, MovesWithThePicture) {
+  const CastScene& scene = two_boxes();
+  constexpr int cut_px = 40;
+  const cv::Rect kept(cut_px, 0, 640 - cut_px, 480);
+  StereoCamera camera = testing::test_camera();
+  camera.centre_px.x() -= cut_px;
+  camera.width_px -= cut_px;
+  const RectifiedPair cut{scene.pair.left(kept).clone(), scene.pair.right(kept).clone()};
+  const Segmentation all = segment(scene.pair), moved = segment(cut, {}, camera);
+  ASSERT_EQ(all.objects.size(), moved.objects.size());
+  const cv::Mat a = all.instance_ids(kept) > 0, b = moved.instance_ids > 0;
+  EXPECT_GT(static_cast<double>(cv::countNonZero(a & b)) / cv::countNonZero(a | b), 0.95);
+}
+
+TEST(Segmentation, LimitsOnSizeAndNumberAreKept) {
+  const CastScene& scene = two_boxes();
+  SegmentationOptions options;
+  options.max_objects = 1;
+  EXPECT_EQ(segment(scene.pair, options).objects.size(), 1u);
+  options = {};
+  options.max_height_m = 0.07;  // the tall box is 10 cm high
+  const Segmentation low = segment(scene.pair, options);
+  EXPECT_LT(overlap(scene, 1, low), 0.1);
+  EXPECT_GT(overlap(scene, 2, low), 0.9);
+  options = {};
+  options.min_height_m = 0.06;  // the flat one is 4 cm
+  const Segmentation high = segment(scene.pair, options);
+  EXPECT_GT(overlap(scene, 1, high), 0.9);
+  EXPECT_LT(overlap(scene, 2, high), 0.1);
+}
+
+TEST(Segmentation, GreyImagesWork) {
+  const CastScene& scene = two_boxes();
+  RectifiedPair grey;
+  cv::cvtColor(scene.pair.left, grey.left, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(scene.pair.right, grey.right, cv::COLOR_BGR2GRAY);
+  const Segmentation found = segment(grey);
+  EXPECT_GT(overlap(scene, 1, found), 0.85);
+  EXPECT_GT(overlap(scene, 2, found), 0.85);
+}
+
+TEST(Segmentation, TheSameBytesForAnyNumberOfThreadsAndAnyRun) {
+  const RectifiedPair& pair = two_boxes().pair;
+  const int before = cv::getNumThreads();
+  for (const CueLevel cues : {CueLevel::disparity, CueLevel::plane, CueLevel::colour}) {
+    cv::setNumThreads(1);
+    const Segmentation one = segment(pair, cues);
+    for (const int threads : {1, 2, 5}) {
+      cv::setNumThreads(threads);
+      cv::theRNG().state = 12345u + static_cast<unsigned>(threads);
+      const Segmentation again = segment(pair, cues);
+      EXPECT_EQ(cv::countNonZero(one.instance_ids != again.instance_ids), 0);
+      ASSERT_EQ(one.objects.size(), again.objects.size());
+      if (one.table) {
+        EXPECT_EQ(one.table->normal, again.table->normal);
+        EXPECT_EQ(one.table->offset_m, again.table->offset_m);
+      }
+    }
+  }
+  cv::setNumThreads(before);
+}
+
+TEST(Segmentation, FromAMask) {
+  cv::Mat mask = cv::Mat::zeros(100, 120, CV_8UC1);
+  mask(cv::Rect(10, 20, 30, 5)).setTo(7);
+  mask(cv::Rect(0, 50, 40, 40)).setTo(200);
+  const Segmentation found = segmentation_from_mask(mask, {120, 100});
+  ASSERT_EQ(found.objects.size(), 2u);
+  EXPECT_EQ(found.objects[0].id, 200);
+  EXPECT_TRUE(found.objects[0].touches_border);
+  EXPECT_EQ(found.objects[1].id, 7);
+  EXPECT_EQ(found.objects[1].bounding_box_px, cv::Rect(10, 20, 30, 5));
+  EXPECT_NEAR(found.objects[1].centroid_px.x(), 24.5, 1e-9);
+  EXPECT_NEAR(found.objects[1].centroid_px.y(), 22, 1e-9);
+  EXPECT_FALSE(found.objects[1].touches_border);
+  EXPECT_EQ(cv::countNonZero(found.instance_ids != mask), 0);
+  mask.setTo(0);
+  EXPECT_EQ(cv::countNonZero(found.instance_ids), 30 * 5 + 40 * 40);  // it is its own copy
+  EXPECT_TRUE(segmentation_from_mask(mask, {120, 100}).objects.empty());
+  EXPECT_THROW(segmentation_from_mask(mask, {100, 120}), InvalidInput);
+  EXPECT_THROW(segmentation_from_mask(cv::Mat::zeros(100, 120, CV_8UC3), {120, 100}), InvalidInput);
+  EXPECT_THROW(segmentation_from_mask({}, {120, 100}), InvalidInput);
+}
+
+TEST(Segmentation, BadInputIsNamed) {
+  const RectifiedPair& pair = two_boxes().pair;
+  const Disparity disparity = compute_disparity(pair);
+  const StereoCamera camera = testing::test_camera();
+  EXPECT_THROW(segment_objects({pair.left, {}}, disparity, camera), InvalidInput);
+  EXPECT_THROW(segment_objects({pair.left, pair.right(cv::Rect(0, 0, 600, 480))}, disparity, camera),
+               InvalidInput);
+  EXPECT_THROW(segment_objects(pair, {disparity.dense, {}}, camera), InvalidInput);
+  EXPECT_THROW(segment_objects(pair, {disparity.dense(cv::Rect(0, 0, 10, 10)), disparity.reliable}, camera),
+               InvalidInput);
+  EXPECT_THROW(segment_objects(pair, disparity, StereoCamera{}), InvalidInput);
+  EXPECT_THROW(fit_table_plane(pair, {}, camera), InvalidInput);
+  const auto refused = [&](const std::string& name, const auto& change) {
+    SegmentationOptions options;
+    change(options);
+    try {
+      segment_objects(pair, disparity, camera, options);
+    } catch (const InvalidInput& error) {
+      EXPECT_NE(std::string(error.what()).find(name), std::string::npos) << error.what();
+      return;
+    }
+    ADD_FAILURE() << name << " was accepted";
+  };
+  refused("max_objects", [](auto& o) { o.max_objects = 0; });
+  refused("max_objects", [](auto& o) { o.max_objects = 256; });
+  refused("min_height_m", [](auto& o) { o.min_height_m = 0.5; });
+  refused("min_extent_m", [](auto& o) { o.min_extent_m = -1; });
+  refused("max_extent_m", [](auto& o) { o.max_extent_m = std::nan(""); });
+  refused("min_reliable_share", [](auto& o) { o.min_reliable_share = 2; });
+  refused("cell_m", [](auto& o) { o.cell_m = 0; });
+  refused("cues", [](auto& o) { o.cues = static_cast<CueLevel>(7); });
+  refused("fixation_px", [](auto& o) { o.fixation_px = Eigen::Vector2d(640, 10); });
+  refused("fixation_px", [](auto& o) { o.fixation_px = Eigen::Vector2d(std::nan(""), 10); });
+}
+
+}  // namespace
+}  // namespace graspctx
