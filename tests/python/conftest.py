@@ -111,3 +111,42 @@ def trained_model(cli, drawn_dataset, tmp_path_factory):
     result = cli("train", drawn_dataset, "--output", file)
     assert result.returncode == 0, result.stderr
     return file
+
+
+# ---- The disc of scenes.py: known truth, for the Python package --------------------------------------------
+
+
+@pytest.fixture(scope="session")
+def camera():
+    import scenes
+
+    return scenes.camera()
+
+
+@pytest.fixture(scope="session")
+def pair():
+    """Left and right view, RGB."""
+    import scenes
+
+    return scenes.disc_scene()[:2]
+
+
+@pytest.fixture(scope="session")
+def mask():
+    import scenes
+
+    return scenes.disc_scene()[2]
+
+
+@pytest.fixture(scope="session")
+def model():
+    import scenes
+
+    return scenes.disc_model()
+
+
+@pytest.fixture(scope="session")
+def detection(pair, camera, model, mask):
+    import graspctx as gc
+
+    return gc.detect_grasps(*pair, camera, model, mask=mask)

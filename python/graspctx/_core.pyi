@@ -1,0 +1,1458 @@
+# Made by tools/make_stubs.
+"""
+Grasp configurations from a stereo pair: the bindings of the C++ library.
+"""
+
+from __future__ import annotations
+
+import collections.abc
+import os
+import typing
+
+import numpy
+import numpy.typing
+
+__all__: list[str] = [
+    "ClassEvaluation",
+    "Contour",
+    "DetectedObject",
+    "Detection",
+    "FovealPair",
+    "FovealView",
+    "GraspConfiguration",
+    "GraspModel",
+    "GraspPoint",
+    "InvalidInput",
+    "LabelledPatches",
+    "LabelledView",
+    "ObjectHypothesis",
+    "ObjectIntermediates",
+    "ObjectPose",
+    "PatchDescriptors",
+    "RawView",
+    "Segmentation",
+    "StereoCamera",
+    "TablePlane",
+    "TrainingSet",
+    "average_precision",
+    "build_training_set",
+    "check_dataset",
+    "compute_disparity",
+    "describe_labelled_view",
+    "describe_view",
+    "descriptor_defaults",
+    "detect_grasps",
+    "draw_detection",
+    "evaluate_model",
+    "expected_calibration_error",
+    "find_grasp_points",
+    "foveal_view",
+    "load_dataset",
+    "load_model",
+    "patch_descriptors",
+    "read_image",
+    "rectify",
+    "roc_area",
+    "sample_contour",
+    "segment_objects",
+    "segment_scene",
+    "shape_contexts",
+    "shipped_models",
+    "train_model",
+    "wilson_interval",
+    "write_image",
+]
+
+class InvalidInput(ValueError):
+    """
+    Input that cannot be used: a missing or invalid file, an image of the wrong size, an option out of range.
+    """
+
+class RawView:
+    """
+    How one raw (unrectified, distorted) view becomes its rectified view.
+    """
+
+    def __init__(
+        self,
+        *,
+        camera_matrix: numpy.typing.ArrayLike,
+        rectified_from_raw: numpy.typing.ArrayLike,
+        distortion_model: str = ...,
+        distortion: collections.abc.Sequence[float] = ...,
+    ) -> None:
+        """
+        camera_matrix, rectified_from_raw: (3, 3). distortion_model: 'plumb_bob' (0, 4, 5 or 8 coefficients) or 'equidistant' (4).
+        """
+
+    def __reduce__(self) -> tuple: ...
+    @property
+    def camera_matrix(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3, 3) raw intrinsics, px.
+        """
+
+    @property
+    def distortion(self) -> list[float]:
+        """
+        The model's coefficients.
+        """
+
+    @property
+    def distortion_model(self) -> str:
+        """
+        'plumb_bob' or 'equidistant'.
+        """
+
+    @property
+    def rectified_from_raw(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3, 3) rotation.
+        """
+
+class StereoCamera:
+    """
+    A rectified stereo pair of pinhole cameras.
+
+    Left is the reference view. The camera frame is the left rectified optical frame: x right, y down, z forward,
+    metres. Pixel centres are at integers. Z = f · B / (d + doffs).
+    """
+
+    @staticmethod
+    def load(
+        path: os.PathLike | str | bytes, path2: os.PathLike | str | bytes | None = ..., rectified: bool = ...
+    ) -> StereoCamera:
+        """
+        Load a Middlebury calib.txt, or a pair of ROS camera_info YAML files (left, right). rectified says that the images of a camera_info pair are rectified already. Raises InvalidInput naming the file.
+        """
+
+    def __init__(
+        self,
+        *,
+        focal_px: float,
+        centre_px: numpy.typing.ArrayLike,
+        baseline_m: float,
+        doffs_px: float = ...,
+        width_px: int = ...,
+        height_px: int = ...,
+        raw: tuple[RawView, RawView] | None = ...,
+    ) -> None:
+        """
+        centre_px: (u, v), principal point of the left view. doffs_px: the right one's u minus the left one's.
+        width_px, height_px: 0 if unknown. raw: left and right, if the images still have to be rectified.
+        Raises InvalidInput if a number is out of range.
+        """
+
+    def __reduce__(self) -> tuple: ...
+    def __repr__(self) -> str: ...
+    def depth_m(self, disparity_px: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> typing.Any:
+        """
+        Depth (m) of disparities (px) of any shape. Infinity where disparity + doffs <= 0.
+        """
+
+    def disparity_px(self, depth_m: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> typing.Any:
+        """
+        Disparity (px) of depths (m) of any shape.
+        """
+
+    def project(self, point_m: numpy.typing.ArrayLike) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Pixels (..., 2) of the left view where points (..., 3) (m, z > 0) are seen.
+        """
+
+    def ray(self, left_px: numpy.typing.ArrayLike) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Unit viewing rays (..., 3) through pixels (..., 2) of the left view.
+        """
+
+    def triangulate(
+        self, left_px: numpy.typing.ArrayLike, disparity_px: numpy.typing.ArrayLike
+    ) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        The points (..., 3) (m) seen at pixels (..., 2) of the left view with disparities (...) (px).
+        """
+
+    @property
+    def baseline_m(self) -> float: ...
+    @property
+    def centre_px(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (2,) principal point of the left view (u, v).
+        """
+
+    @property
+    def doffs_px(self) -> float: ...
+    @property
+    def focal_px(self) -> float:
+        """
+        Of both rectified views.
+        """
+
+    @property
+    def height_px(self) -> int:
+        """
+        Of the images; 0 if unknown.
+        """
+
+    @property
+    def raw(self) -> tuple[RawView, RawView] | None:
+        """
+        The left and the right RawView if the images still have to be rectified, else None.
+        """
+
+    @property
+    def width_px(self) -> int:
+        """
+        Of the images; 0 if unknown.
+        """
+
+class TablePlane:
+    """
+    The supporting plane.
+
+    In the image d = alpha·u + beta·v + delta_px (III-A); in the camera frame normal·P + offset_m is the height (m)
+    above it.
+    """
+
+    @property
+    def alpha(self) -> float: ...
+    @property
+    def beta(self) -> float: ...
+    @property
+    def delta_px(self) -> float: ...
+    @property
+    def normal(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,) unit, from the plane to the camera.
+        """
+
+    @property
+    def offset_m(self) -> float:
+        """
+        The camera's height above the plane.
+        """
+
+    @property
+    def sigma_px(self) -> float:
+        """
+        Robust deviation of the disparities from the plane.
+        """
+
+class ObjectHypothesis:
+    """
+    An object of a Segmentation.
+    """
+
+    @property
+    def bounding_box_px(self) -> tuple[int, int, int, int]:
+        """
+        x, y, width, height.
+        """
+
+    @property
+    def centroid_px(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (2,) u, v.
+        """
+
+    @property
+    def id(self) -> int:
+        """
+        Its value in Segmentation.instance_ids.
+        """
+
+    @property
+    def saliency(self) -> float:
+        """
+        The hypotheses are ordered by it.
+        """
+
+    @property
+    def touches_border(self) -> bool: ...
+
+class Segmentation:
+    """
+    The objects of a scene and what they stand on.
+    """
+
+    @property
+    def instance_ids(self) -> numpy.typing.NDArray[numpy.uint8]:
+        """
+        (H, W) uint8, 0 = background, otherwise ObjectHypothesis.id.
+        """
+
+    @property
+    def objects(self) -> list[ObjectHypothesis]:
+        """
+        The most salient first.
+        """
+
+    @property
+    def table(self) -> TablePlane | None:
+        """
+        TablePlane, or None.
+        """
+
+    @property
+    def warnings(self) -> list[str]: ...
+
+class FovealView:
+    """
+    A view re-sampled around one object at a fixed object size.
+
+    view_px = scale · (image_px − origin_px)
+    """
+
+    def image_from_view(self, view_px: numpy.typing.ArrayLike) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Pixels (..., 2) of the full image.
+        """
+
+    def view_from_image(self, image_px: numpy.typing.ArrayLike) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Pixels (..., 2) of the view.
+        """
+
+    @property
+    def image(self) -> numpy.typing.NDArray[numpy.uint8]:
+        """
+        uint8, RGB or grey.
+        """
+
+    @property
+    def mask(self) -> numpy.typing.NDArray[numpy.uint8]:
+        """
+        (H, W) uint8, 255 = object.
+        """
+
+    @property
+    def origin_px(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (2,) image pixel at the view's (0, 0).
+        """
+
+    @property
+    def scale(self) -> float:
+        """
+        View pixels per image pixel.
+        """
+
+class FovealPair:
+    """
+    Both views of one object, fixated on it.
+    """
+
+    @property
+    def fixation_disparity_px(self) -> float:
+        """
+        Left origin's u minus the right one's.
+        """
+
+    @property
+    def left(self) -> FovealView: ...
+    @property
+    def right(self) -> FovealView: ...
+
+class Contour:
+    """
+    Samples of an object's contour: its outline and its inner edges.
+    """
+
+    def __init__(
+        self,
+        points: numpy.typing.NDArray[numpy.float32],
+        gradients: numpy.typing.NDArray[numpy.float32] | None = ...,
+    ) -> None:
+        """
+        points: float32 (N, 2) px. gradients: float32 (N,) rad.
+        """
+
+    def __len__(self) -> int: ...
+    def __repr__(self) -> str: ...
+    @property
+    def gradients(self) -> numpy.typing.NDArray[numpy.float32]:
+        """
+        (N,) float32 rad, direction of the intensity gradient from +u towards +v.
+        """
+
+    @property
+    def points(self) -> numpy.typing.NDArray[numpy.float32]:
+        """
+        (N, 2) float32 px, (u, v).
+        """
+
+class PatchDescriptors:
+    """
+    Descriptors of the patches of one view.
+    """
+
+    def __len__(self) -> int: ...
+    @property
+    def cells(self) -> numpy.typing.NDArray[numpy.int32]:
+        """
+        (M, 2) int32 column and row in the patch grid.
+        """
+
+    @property
+    def centres(self) -> numpy.typing.NDArray[numpy.float32]:
+        """
+        (M, 2) float32 px of the view, (u, v).
+        """
+
+    @property
+    def features(self) -> numpy.typing.NDArray[numpy.float32]:
+        """
+        (M, 120) float32.
+        """
+
+    @property
+    def grid(self) -> tuple[int, int]:
+        """
+        Number of columns and rows.
+        """
+
+class GraspModel:
+    """
+    The trained classifier (III-C).
+
+    C-SVC with an RBF kernel on standardised descriptors, and Platt's sigmoid:
+    x' = (x − mean) / scale;  f(x) = Σ coefficient_i · exp(−gamma · ‖x' − s_i‖²) − rho;  P = 1 / (1 + exp(A·f + B)).
+    Made by load_model or train_model.
+    """
+
+    def __getstate__(self) -> bytes: ...
+    def __repr__(self) -> str: ...
+    def __setstate__(self, arg0: bytes) -> None: ...
+    def decision_values(
+        self, features: numpy.typing.NDArray[numpy.float32]
+    ) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        f(x) of each row: float32 (M, D) features give (M,) float64.
+        """
+
+    def predict_probability(
+        self, features: numpy.typing.NDArray[numpy.float32]
+    ) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        P(g = 1 | D) of each row: float32 (M, D) features give (M,) float64. Rows are not copied if contiguous. Raises InvalidInput for another width or values that are not finite.
+        """
+
+    def save(self, path: os.PathLike | str | bytes) -> None:
+        """
+        Write a .safetensors file, all or nothing. Raises InvalidInput naming the file.
+        """
+
+    def to_bytes(self) -> bytes:
+        """
+        The bytes of the model's file.
+        """
+
+    def to_libsvm(self) -> str:
+        """
+        libsvm's text format; it takes standardised features.
+        """
+
+    @property
+    def classes(self) -> list[str]:
+        """
+        The object classes it was trained on.
+        """
+
+    @property
+    def coefficients(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (S,) float64 y_i · α_i, positive class first.
+        """
+
+    @property
+    def descriptor(self) -> dict:
+        """
+        The options of describe_view that its features were made with, by name.
+        """
+
+    @property
+    def dimension(self) -> int:
+        """
+        Columns of its features.
+        """
+
+    @property
+    def gamma(self) -> float:
+        """
+        Of the RBF kernel.
+        """
+
+    @property
+    def mean(self) -> numpy.typing.NDArray[numpy.float32]:
+        """
+        (D,) float32.
+        """
+
+    @property
+    def name(self) -> str:
+        """
+        Its name.
+        """
+
+    @property
+    def provenance(self) -> dict[str, str]:
+        """
+        How it was made: command, data set, counts, cross-validation results.
+        """
+
+    @property
+    def rho(self) -> float:
+        """
+        Bias of the decision value.
+        """
+
+    @property
+    def scale(self) -> numpy.typing.NDArray[numpy.float32]:
+        """
+        (D,) float32, > 0.
+        """
+
+    @property
+    def sha256(self) -> str:
+        """
+        Hexadecimal hash of the model's file.
+        """
+
+    @property
+    def sigmoid_a(self) -> float:
+        """
+        A of Platt's sigmoid.
+        """
+
+    @property
+    def sigmoid_b(self) -> float:
+        """
+        B of Platt's sigmoid.
+        """
+
+    @property
+    def support_vectors(self) -> numpy.typing.NDArray[numpy.float32]:
+        """
+        (S, D) float32, standardised.
+        """
+
+    @property
+    def svm_c(self) -> float:
+        """
+        C of the SVM.
+        """
+
+class GraspPoint:
+    """
+    A local maximum of the response in one view.
+    """
+
+    @property
+    def centre_px(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (2,) u, v of the view.
+        """
+
+    @property
+    def patch(self) -> int:
+        """
+        Row in the PatchDescriptors.
+        """
+
+    @property
+    def probability(self) -> float:
+        """
+        P(g = 1 | D) in this view.
+        """
+
+class ObjectPose:
+    """
+    A rough object pose (III-D): the plane through three matched points.
+    """
+
+    @property
+    def centroid_m(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,) camera frame.
+        """
+
+    @property
+    def centroid_px(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (2,) left image.
+        """
+
+    @property
+    def major_axis_m(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,) a_ma, from the centroid.
+        """
+
+    @property
+    def major_px(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (2,) left image.
+        """
+
+    @property
+    def minor_axis_m(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,) a_mi, from the centroid.
+        """
+
+    @property
+    def minor_px(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (2,) left image.
+        """
+
+    @property
+    def normal(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,) n_p, unit, towards the camera.
+        """
+
+    @property
+    def source(self) -> str:
+        """
+        'stereo', or 'segment_depth' if some point matched badly.
+        """
+
+class GraspConfiguration:
+    """
+    A full grasp configuration in the camera frame.
+
+    Hand frame: z = approach (palm towards the object), x = closing (from thumb to fingers), y = z × x; origin at the
+    grasp point, between the pads.
+    """
+
+    def __repr__(self) -> str: ...
+    @property
+    def approach(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,) unit, from the palm to the object.
+        """
+
+    @property
+    def cam_from_hand(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (4, 4)
+        """
+
+    @property
+    def closing(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,) unit, from thumb to fingers.
+        """
+
+    @property
+    def feasible(self) -> bool: ...
+    @property
+    def infeasible_because(self) -> str | None:
+        """
+        Why, or None.
+        """
+
+    @property
+    def left_px(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (2,) u, v.
+        """
+
+    @property
+    def opening_m(self) -> float:
+        """
+        Between the pads before they close.
+        """
+
+    @property
+    def position_m(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,) the grasp point.
+        """
+
+    @property
+    def position_stddev_m(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3,)
+        """
+
+    @property
+    def probability(self) -> float:
+        """
+        Eq. 1: left · right.
+        """
+
+    @property
+    def probability_left(self) -> float: ...
+    @property
+    def probability_right(self) -> float: ...
+    @property
+    def rank(self) -> int:
+        """
+        From 1, in its object.
+        """
+
+    @property
+    def right_px(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (2,) u, v.
+        """
+
+    @property
+    def rule(self) -> str:
+        """
+        'plane_normal', 'major_axis' or 'minor_axis' (Eq. 3).
+        """
+
+class ObjectIntermediates:
+    """
+    What was looked at on the way.
+    """
+
+    @property
+    def contour(self) -> Contour:
+        """
+        Of the left foveal view.
+        """
+
+    @property
+    def fovea(self) -> FovealPair: ...
+    @property
+    def patches(self) -> PatchDescriptors:
+        """
+        Of the left foveal view.
+        """
+
+    @property
+    def probabilities(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (M,) float64 P(g = 1 | D) of the patches.
+        """
+
+class DetectedObject:
+    """
+    An object and the grasps it offers.
+    """
+
+    def __repr__(self) -> str: ...
+    @property
+    def bounding_box_px(self) -> tuple[int, int, int, int]:
+        """
+        x, y, width, height.
+        """
+
+    @property
+    def centroid_px(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (2,) u, v.
+        """
+
+    @property
+    def grasps(self) -> list[GraspConfiguration]:
+        """
+        Feasible first, then by probability (Eq. 2).
+        """
+
+    @property
+    def id(self) -> int:
+        """
+        Its value in Detection.segmentation.instance_ids.
+        """
+
+    @property
+    def intermediates(self) -> ObjectIntermediates: ...
+    @property
+    def pose(self) -> ObjectPose | None:
+        """
+        ObjectPose, or None.
+        """
+
+class Detection:
+    """
+    What detect_grasps found, and what it looked at.
+    """
+
+    def __repr__(self) -> str: ...
+    def draw(
+        self,
+        *,
+        max_grasps: int = ...,
+        contour: bool = ...,
+        probabilities: bool = ...,
+        pose: bool = ...,
+        min_width_px: int = ...,
+        max_opening_m: float = ...,
+        opening_margin_m: float = ...,
+        finger_length_m: float = ...,
+        finger_width_m: float = ...,
+        finger_thickness_m: float = ...,
+        finger_spread_m: float = ...,
+        palm_radius_m: float = ...,
+        tip_beyond_m: float = ...,
+        table_clearance_m: float = ...,
+        retreat_m: float = ...,
+    ) -> numpy.typing.NDArray[numpy.uint8]:
+        """
+        Overlay of the left view: segments, contour, probabilities, hands in perspective: uint8 RGB (H, W, 3).
+
+        max_grasps: drawn for each object; a hand for the first, axes for the others (x closing red, y green, z approach
+        blue, grey where infeasible). min_width_px: smaller images are enlarged.
+        """
+
+    def to_dict(self) -> dict[str, typing.Any]:
+        """
+        The same as a dict of plain Python values.
+        """
+
+    def to_json(self, indent: typing.SupportsInt | typing.SupportsIndex | None = ...) -> str:
+        """
+        The detection as JSON, schema 1 (docs/detection-json.md). indent < 0: one line.
+        """
+
+    @property
+    def camera(self) -> StereoCamera: ...
+    @property
+    def disparity(self) -> numpy.typing.NDArray[numpy.float32]:
+        """
+        (H, W) float32 px, NaN where unknown: all that the matcher gave.
+        """
+
+    @property
+    def image_size(self) -> tuple[int, int]:
+        """
+        Width and height of the rectified views.
+        """
+
+    @property
+    def left(self) -> numpy.typing.NDArray[numpy.uint8]:
+        """
+        The left rectified image, RGB or grey.
+        """
+
+    @property
+    def model_name(self) -> str: ...
+    @property
+    def model_sha256(self) -> str: ...
+    @property
+    def objects(self) -> list[DetectedObject]:
+        """
+        The one with the best grasp first.
+        """
+
+    @property
+    def reliable_disparity(self) -> numpy.typing.NDArray[numpy.float32]:
+        """
+        (H, W) float32 px, NaN where unknown: left-right consistent and textured.
+        """
+
+    @property
+    def right(self) -> numpy.typing.NDArray[numpy.uint8]:
+        """
+        The right rectified image, RGB or grey.
+        """
+
+    @property
+    def segmentation(self) -> Segmentation:
+        """
+        Instance ids, table plane.
+        """
+
+    @property
+    def timings_ms(self) -> dict[str, float]:
+        """
+        Stage and time, in order.
+        """
+
+    @property
+    def warnings(self) -> list[str]:
+        """
+        What to know about the result.
+        """
+
+class LabelledView:
+    """
+    One labelled view of one object.
+    """
+
+    def __init__(
+        self,
+        image: numpy.typing.NDArray[numpy.uint8],
+        mask: numpy.typing.NDArray[numpy.uint8] | numpy.typing.NDArray[numpy.bool_],
+        label: numpy.typing.NDArray[numpy.uint8] | numpy.typing.NDArray[numpy.bool_],
+        *,
+        class_name: str = ...,
+        group: int = ...,
+        source: str = ...,
+    ) -> None:
+        """
+        image: uint8, RGB or grey. mask, label: uint8 or bool (H, W), > 0 = object, grasp region.
+        """
+
+    @property
+    def class_name(self) -> str:
+        """
+        Object family.
+        """
+
+    @property
+    def group(self) -> int:
+        """
+        The two views of one scene share a group.
+        """
+
+    @property
+    def image(self) -> numpy.typing.NDArray[numpy.uint8]:
+        """
+        uint8, RGB or grey.
+        """
+
+    @property
+    def label(self) -> numpy.typing.NDArray[numpy.uint8]:
+        """
+        (H, W) uint8, > 0 = grasp region.
+        """
+
+    @property
+    def mask(self) -> numpy.typing.NDArray[numpy.uint8]:
+        """
+        (H, W) uint8, > 0 = the object.
+        """
+
+    @property
+    def source(self) -> str:
+        """
+        File or scene it comes from.
+        """
+
+class LabelledPatches:
+    """
+    The patches of a labelled view (III-C).
+    """
+
+    @property
+    def label_share(self) -> numpy.typing.NDArray[numpy.float32]:
+        """
+        (M,) float32 share of the patch's pixels that are labelled.
+        """
+
+    @property
+    def labels(self) -> numpy.typing.NDArray[numpy.int32]:
+        """
+        (M,) int32, 1 if it overlaps the region.
+        """
+
+    @property
+    def patches(self) -> PatchDescriptors: ...
+    @property
+    def visible_label_share(self) -> float:
+        """
+        Labelled pixels over object pixels.
+        """
+
+class TrainingSet:
+    """
+    Training rows gathered over many views, in order.
+    """
+
+    @property
+    def features(self) -> numpy.typing.NDArray[numpy.float32]:
+        """
+        (R, D) float32.
+        """
+
+    @property
+    def groups(self) -> numpy.typing.NDArray[numpy.int32]:
+        """
+        (R,) int32, LabelledView.group.
+        """
+
+    @property
+    def labels(self) -> numpy.typing.NDArray[numpy.int32]:
+        """
+        (R,) int32, 0 or 1.
+        """
+
+class ClassEvaluation:
+    """
+    What a model reaches on the views of one class.
+    """
+
+    @property
+    def average_precision(self) -> float:
+        """
+        Strict.
+        """
+
+    @property
+    def average_precision_border_ignored(self) -> float:
+        """
+        Patches labelled by less than half left out.
+        """
+
+    @property
+    def calibration_error(self) -> float: ...
+    @property
+    def class_name(self) -> str: ...
+    @property
+    def label_prior(self) -> float:
+        """
+        Share of positive patches.
+        """
+
+    @property
+    def patches(self) -> int: ...
+    @property
+    def roc_area(self) -> float: ...
+    @property
+    def top1(self) -> float:
+        """
+        Share of views whose most probable patch is positive.
+        """
+
+    @property
+    def top1_chance(self) -> float: ...
+    @property
+    def top1_interval(self) -> tuple[float, float]:
+        """
+        95 % interval of top1.
+        """
+
+    @property
+    def top1_large_label(self) -> float:
+        """
+        Of the views where the label is over 2 % of the object.
+        """
+
+    @property
+    def views(self) -> int:
+        """
+        With at least one positive patch.
+        """
+
+    @property
+    def views_large_label(self) -> int: ...
+    @property
+    def views_without_label(self) -> int: ...
+
+def average_precision(
+    scores: numpy.typing.NDArray[numpy.float64], labels: numpy.typing.NDArray[numpy.integer]
+) -> float:
+    """
+    Area under the precision-recall curve by steps; NaN without positives. scores: float64 (M,), labels: integers (M,), 0 or 1.
+    """
+
+def build_training_set(
+    views: collections.abc.Sequence[LabelledView],
+    *,
+    progress: collections.abc.Callable[[float], None] | None = ...,
+    degraded_masks: int = ...,
+    seed: int = ...,
+    object_px: int = ...,
+    margin_px: int = ...,
+    canny_low: float = ...,
+    canny_high: float = ...,
+    samples: int = ...,
+    mask_margin_px: int = ...,
+    angular_bins: int = ...,
+    radial_bins: int = ...,
+    inner_radius: float = ...,
+    outer_radius: float = ...,
+    relative_to_gradient: bool = ...,
+    patch_px: int = ...,
+    windows_patches: tuple[int, int, int] = ...,
+) -> TrainingSet:
+    """
+    Describe every view with its true mask, and again with masks as imperfect as those met later (METHOD 5).
+
+    degraded_masks: such copies of each view. progress: called with the share done; what it raises ends the work.
+    """
+
+def check_dataset(folder: os.PathLike | str | bytes) -> list[str]:
+    """
+    Every problem of a data set, one line each; empty if it is sound.
+    """
+
+def compute_disparity(
+    left: numpy.typing.NDArray[numpy.uint8],
+    right: numpy.typing.NDArray[numpy.uint8],
+    *,
+    reliable: bool = ...,
+    max_disparity_px: int = ...,
+    half_resolution: bool = ...,
+    block_px: int = ...,
+    uniqueness_percent: float = ...,
+    speckle_px: int = ...,
+    left_right_px: float = ...,
+    texture_sigmas: float = ...,
+) -> numpy.typing.NDArray[numpy.float32]:
+    """
+    Disparity (px) of the left view of a rectified pair: (H, W) float32, NaN where unknown (METHOD 1).
+
+    left, right: uint8 images of the same size, RGB (H, W, 3) or grey (H, W).
+    reliable: keep only what is consistent from right to left, and textured.
+    max_disparity_px: 0 means a quarter of the width.
+    Raises InvalidInput if the sizes differ or an option is out of range.
+    """
+
+def describe_labelled_view(
+    view: LabelledView,
+    *,
+    object_px: int = ...,
+    margin_px: int = ...,
+    canny_low: float = ...,
+    canny_high: float = ...,
+    samples: int = ...,
+    mask_margin_px: int = ...,
+    angular_bins: int = ...,
+    radial_bins: int = ...,
+    inner_radius: float = ...,
+    outer_radius: float = ...,
+    relative_to_gradient: bool = ...,
+    patch_px: int = ...,
+    windows_patches: tuple[int, int, int] = ...,
+) -> LabelledPatches:
+    """
+    The patches of a labelled view; a patch is positive if it overlaps the labelled region (III-C).
+    """
+
+def describe_view(
+    view: FovealView,
+    *,
+    object_px: int = ...,
+    margin_px: int = ...,
+    canny_low: float = ...,
+    canny_high: float = ...,
+    samples: int = ...,
+    mask_margin_px: int = ...,
+    angular_bins: int = ...,
+    radial_bins: int = ...,
+    inner_radius: float = ...,
+    outer_radius: float = ...,
+    relative_to_gradient: bool = ...,
+    patch_px: int = ...,
+    windows_patches: tuple[int, int, int] = ...,
+) -> PatchDescriptors:
+    """
+    Contour, shape contexts and patch descriptors of a foveal view. A model's own options are **model.descriptor.
+    """
+
+def descriptor_defaults() -> dict[str, dict[str, typing.Any]]:
+    """
+    The options of describe_view by the stage that takes them, with their defaults.
+    """
+
+def detect_grasps(
+    left: numpy.typing.NDArray[numpy.uint8],
+    right: numpy.typing.NDArray[numpy.uint8],
+    camera: StereoCamera,
+    model: GraspModel,
+    *,
+    mask: numpy.typing.NDArray[numpy.uint8] | numpy.typing.NDArray[numpy.bool_] | None = ...,
+    max_grasps: int = ...,
+    threads: int = ...,
+    approach_threshold: float = ...,
+    cues: str = ...,
+    max_objects: int = ...,
+    min_height_m: float = ...,
+    max_height_m: float = ...,
+    min_extent_m: float = ...,
+    max_extent_m: float = ...,
+    min_reliable_share: float = ...,
+    cell_m: float = ...,
+    fixation_px: tuple[float, float] | None = ...,
+    max_disparity_px: int = ...,
+    half_resolution: bool = ...,
+    block_px: int = ...,
+    uniqueness_percent: float = ...,
+    speckle_px: int = ...,
+    left_right_px: float = ...,
+    texture_sigmas: float = ...,
+    max_points: int = ...,
+    neighbour_ratio: float = ...,
+    window_px: int = ...,
+    search_px: float = ...,
+    min_correlation: float = ...,
+    max_opening_m: float = ...,
+    opening_margin_m: float = ...,
+    finger_length_m: float = ...,
+    finger_width_m: float = ...,
+    finger_thickness_m: float = ...,
+    finger_spread_m: float = ...,
+    palm_radius_m: float = ...,
+    tip_beyond_m: float = ...,
+    table_clearance_m: float = ...,
+    retreat_m: float = ...,
+) -> Detection:
+    """
+    The whole method: from a stereo pair to ranked grasp configurations.
+
+    left, right: uint8 images of the same size, RGB (H, W, 3) or grey (H, W), rectified first if camera.raw says how.
+    mask: uint8 or bool (H, W) instance ids of the left rectified view, used instead of the segmentation.
+    cues: 'disparity', 'plane' or 'colour'; each adds to the one before (Fig. 2).
+    fixation_px: (u, v), look only at the object at this pixel of the left view.
+    max_grasps: of each object. threads: the result is the same for any number.
+    approach_threshold: φ of Eq. 3, share of the minor semi-axis in the image.
+    Finding nothing is an answer. Raises InvalidInput for unusable images, calibration or options.
+    """
+
+def draw_detection(
+    detection: Detection,
+    *,
+    max_grasps: int = ...,
+    contour: bool = ...,
+    probabilities: bool = ...,
+    pose: bool = ...,
+    min_width_px: int = ...,
+    max_opening_m: float = ...,
+    opening_margin_m: float = ...,
+    finger_length_m: float = ...,
+    finger_width_m: float = ...,
+    finger_thickness_m: float = ...,
+    finger_spread_m: float = ...,
+    palm_radius_m: float = ...,
+    tip_beyond_m: float = ...,
+    table_clearance_m: float = ...,
+    retreat_m: float = ...,
+) -> numpy.typing.NDArray[numpy.uint8]:
+    """
+    Overlay of the left view: segments, contour, probabilities, hands in perspective: uint8 RGB (H, W, 3).
+
+    max_grasps: drawn for each object; a hand for the first, axes for the others (x closing red, y green, z approach
+    blue, grey where infeasible). min_width_px: smaller images are enlarged.
+    """
+
+def evaluate_model(model: GraspModel, views: collections.abc.Sequence[LabelledView]) -> list[ClassEvaluation]:
+    """
+    Evaluate with the true masks: one row for each class and, if there is more than one, a last row 'all'.
+    """
+
+def expected_calibration_error(
+    probabilities: numpy.typing.NDArray[numpy.float64],
+    labels: numpy.typing.NDArray[numpy.integer],
+    bins: int | None = ...,
+) -> float:
+    """
+    Expected calibration error over equal-width bins of the probability.
+    """
+
+def find_grasp_points(
+    patches: PatchDescriptors,
+    probabilities: numpy.typing.NDArray[numpy.float64],
+    *,
+    max_points: int = ...,
+    neighbour_ratio: float = ...,
+) -> list[GraspPoint]:
+    """
+    Patches that are local maxima of the response and whose neighbours carry values close to theirs (III-D, IV).
+
+    probabilities: float64 (M,) of the patches. The highest first. neighbour_ratio: mean of the neighbours, as a
+    share of the centre's value.
+    """
+
+def foveal_view(
+    image: numpy.typing.NDArray[numpy.uint8],
+    mask: numpy.typing.NDArray[numpy.uint8] | numpy.typing.NDArray[numpy.bool_],
+    *,
+    object_px: int = ...,
+    margin_px: int = ...,
+) -> FovealView:
+    """
+    The foveal view of the object that the mask marks (METHOD 2).
+
+    image: uint8, RGB (H, W, 3) or grey (H, W). mask: uint8 or bool (H, W), > 0 = object.
+    object_px: longer side of the object in the view. Raises InvalidInput for an empty mask or another size.
+    """
+
+def load_dataset(
+    folder: os.PathLike | str | bytes, *, classes: collections.abc.Sequence[str] = ..., views: str = ...
+) -> list[LabelledView]:
+    """
+    The labelled views of a data set (docs/dataset-format.md). classes: only these; empty for all. views: 'left' or 'both'. Raises InvalidInput naming the file.
+    """
+
+def load_model(name_or_path: os.PathLike | str | bytes) -> GraspModel:
+    """
+    Load a shipped model by its name ('mug', 'pencil', …), or a .safetensors file. A file is data: loading executes nothing. Raises InvalidInput naming the file and what is wrong with it.
+    """
+
+def patch_descriptors(
+    contour: Contour,
+    image_size: tuple[int, int],
+    *,
+    angular_bins: int = ...,
+    radial_bins: int = ...,
+    inner_radius: float = ...,
+    outer_radius: float = ...,
+    relative_to_gradient: bool = ...,
+    patch_px: int = ...,
+    windows_patches: tuple[int, int, int] = ...,
+) -> PatchDescriptors:
+    """
+    One descriptor for each 10×10 patch that holds contour samples (III-B).
+
+    The shape contexts of all samples in a window, summed, at three scales centred at the patch, each L1-normalised
+    and square-rooted, concatenated: 120 numbers by default. image_size: (width, height) of the view; the grid
+    starts at its (0, 0). Raises InvalidInput for points outside, or an option out of range.
+    """
+
+def read_image(path: os.PathLike | str | bytes) -> numpy.typing.NDArray[numpy.uint8]:
+    """
+    Read a PNG or JPEG file: uint8 RGB (H, W, 3), or (H, W) if the file is grey. Raises InvalidInput naming the file if it is missing, damaged or too large.
+    """
+
+def rectify(
+    left: numpy.typing.NDArray[numpy.uint8], right: numpy.typing.NDArray[numpy.uint8], camera: StereoCamera
+) -> tuple[numpy.typing.NDArray[numpy.uint8], numpy.typing.NDArray[numpy.uint8]]:
+    """
+    Check a pair of images against the camera, and rectify it if camera.raw says how (METHOD 1).
+
+    Images are uint8, RGB (H, W, 3) or grey (H, W). Raises InvalidInput if sizes differ from each other or from the calibration's.
+    """
+
+def roc_area(
+    scores: numpy.typing.NDArray[numpy.float64], labels: numpy.typing.NDArray[numpy.integer]
+) -> float:
+    """
+    Area under the ROC curve, ties as one half; NaN if one class is missing. scores: float64 (M,), labels: integers (M,), 0 or 1.
+    """
+
+def sample_contour(
+    image: numpy.typing.NDArray[numpy.uint8],
+    mask: numpy.typing.NDArray[numpy.uint8] | numpy.typing.NDArray[numpy.bool_] | None = ...,
+    *,
+    canny_low: float = ...,
+    canny_high: float = ...,
+    samples: int = ...,
+    mask_margin_px: int = ...,
+) -> Contour:
+    """
+    Canny on the unmasked image, the edges inside the mask, sampled evenly along the edges (III-B, Fig. 3).
+
+    image: uint8, RGB (H, W, 3) or grey (H, W). mask: uint8 or bool (H, W), > 0 = object; None for the whole image.
+    samples: 0 for every contour pixel. Raises InvalidInput if the sizes differ or an option is out of range.
+    """
+
+def segment_objects(
+    left: numpy.typing.NDArray[numpy.uint8],
+    right: numpy.typing.NDArray[numpy.uint8],
+    camera: StereoCamera,
+    *,
+    cues: str = ...,
+    max_objects: int = ...,
+    min_height_m: float = ...,
+    max_height_m: float = ...,
+    min_extent_m: float = ...,
+    max_extent_m: float = ...,
+    min_reliable_share: float = ...,
+    cell_m: float = ...,
+    fixation_px: tuple[float, float] | None = ...,
+    max_disparity_px: int = ...,
+    half_resolution: bool = ...,
+    block_px: int = ...,
+    uniqueness_percent: float = ...,
+    speckle_px: int = ...,
+    left_right_px: float = ...,
+    texture_sigmas: float = ...,
+) -> numpy.typing.NDArray[numpy.uint8]:
+    """
+    Find the objects of a scene without knowing what they are: (H, W) uint8 instance ids, 0 = background (III-A).
+
+    left, right: uint8 images, RGB (H, W, 3) or grey (H, W), rectified first if camera.raw says how.
+    cues: 'disparity', 'plane' or 'colour'; each adds to the one before (Fig. 2).
+    fixation_px: (u, v), look only at the object at this pixel of the left view.
+    No object is an answer. Raises InvalidInput for unusable images or options.
+    """
+
+def segment_scene(
+    left: numpy.typing.NDArray[numpy.uint8],
+    right: numpy.typing.NDArray[numpy.uint8],
+    camera: StereoCamera,
+    *,
+    cues: str = ...,
+    max_objects: int = ...,
+    min_height_m: float = ...,
+    max_height_m: float = ...,
+    min_extent_m: float = ...,
+    max_extent_m: float = ...,
+    min_reliable_share: float = ...,
+    cell_m: float = ...,
+    fixation_px: tuple[float, float] | None = ...,
+    max_disparity_px: int = ...,
+    half_resolution: bool = ...,
+    block_px: int = ...,
+    uniqueness_percent: float = ...,
+    speckle_px: int = ...,
+    left_right_px: float = ...,
+    texture_sigmas: float = ...,
+) -> Segmentation:
+    """
+    As segment_objects, with the table plane, each object's hypothesis and warnings.
+    """
+
+def shape_contexts(
+    points: numpy.typing.NDArray[numpy.float32],
+    *,
+    gradients: numpy.typing.NDArray[numpy.float32] | None = ...,
+    angular_bins: int = ...,
+    radial_bins: int = ...,
+    inner_radius: float = ...,
+    outer_radius: float = ...,
+    relative_to_gradient: bool = ...,
+) -> numpy.typing.NDArray[numpy.float32]:
+    """
+    Log-polar histograms of the vectors from each point to all the others (III-B; Belongie et al. 2002).
+
+    points: float32 (N, 2) px. Returns float32 counts (N, angular_bins · radial_bins), angle-major
+    (angle * radial_bins + radius); angle bin 0 starts at +u and turns towards +v. Radii are in units of the mean
+    pairwise distance; nearer than inner_radius falls into the first ring, farther than outer_radius into none.
+    gradients: float32 (N,) rad, needed for relative_to_gradient only.
+    """
+
+def shipped_models() -> list[str]:
+    """
+    Names of the shipped models.
+    """
+
+def train_model(
+    features: numpy.typing.NDArray[numpy.float32],
+    labels: numpy.typing.NDArray[numpy.integer],
+    groups: numpy.typing.NDArray[numpy.integer],
+    *,
+    name: str = ...,
+    classes: collections.abc.Sequence[str] = ...,
+    provenance: collections.abc.Mapping[str, str] = ...,
+    descriptor: dict[str, typing.Any] = ...,
+    progress: collections.abc.Callable[[float, str], None] | None = ...,
+    svm_c: collections.abc.Sequence[float] = ...,
+    gamma_times_dimension: collections.abc.Sequence[float] = ...,
+    folds: int = ...,
+    max_negatives_per_group: int = ...,
+    max_search_rows: int = ...,
+    seed: int = ...,
+) -> GraspModel:
+    """
+    Train a model (III-C): C and γ by cross-validation grouped by image, the sigmoid on held-out images.
+
+    features: float32 (M, D). labels: integers (M,), 0 or 1. groups: integers (M,), the image of each row.
+    name, classes, provenance: stored with the model. descriptor: the options of describe_view that the features
+    were made with, where they differ from the defaults.
+    progress: called with the share done and what is being done; what it raises ends the training.
+    gamma_times_dimension: γ = value / D. The search is over all pairs of it and svm_c.
+    Raises InvalidInput for sizes that differ, other labels, a single class, fewer groups than folds, or features
+    that are not finite.
+    """
+
+def wilson_interval(
+    successes: typing.SupportsInt | typing.SupportsIndex, trials: typing.SupportsInt | typing.SupportsIndex
+) -> tuple[float, float]:
+    """
+    95 % interval (low, high) of a share.
+    """
+
+def write_image(path: str | os.PathLike[str], image: numpy.typing.NDArray[numpy.uint8]) -> None:
+    """
+    Write an RGB (H, W, 3) or grey (H, W) uint8 image as PNG or JPEG, all or nothing.
+    """
+
+__version__: str

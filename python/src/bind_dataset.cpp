@@ -1,0 +1,120 @@
+#include <pybind11/functional.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <filesystem>
+#include <optional>
+
+#include "arrays.hpp"
+#include "bind.hpp"
+#include "graspctx/dataset.hpp"
+#include "graspctx/io/dataset_files.hpp"
+#include "options.hpp"
+
+namespace graspctx::python {
+
+namespace {
+
+DatasetViews which_views(const std::string& name) {
+  if (name == "left") return DatasetViews::left;
+  if (name == "both") return DatasetViews::both;
+  throw py::value_error("views: expected 'left' or 'both', got '" + name + "'");
+}
+
+}  // namespace
+
+void bind_dataset(py::module_& m) {
+  const LabelledView view_defaults;
+  py::class_<LabelledView> view(m, "LabelledView", "One labelled view of one object.");
+  define_init(view,
+              "(self: LabelledView, image: " + image_type + ", mask: " + mask_type + ", label: " + mask_type +
+                  ", *, class_name: str = '', group: int = 0, source: str = '') -> None",
+              "image: uint8, RGB or grey. mask, label: uint8 or bool (H, W), > 0 = object, grasp region.",
+              py::init([](const py::object& image, const py::object& mask, const py::object& label,
+                          std::string class_name, int group, std::string source) {
+                LabelledView result;
+                result.source = std::move(source);
+                result.class_name = std::move(class_name);
+                result.group = group;
+                result.image = image_argument(image, "image");
+                result.mask = mask_argument(mask, "mask");
+                result.label = mask_argument(label, "label");
+                for (cv::Mat* matrix : {&result.image, &result.mask, &result.label}) own(*matrix);
+                return result;
+              }),
+              py::arg("image"), py::arg("mask"), py::arg("label"), py::kw_only(),
+              py::arg("class_name") = view_defaults.class_name, py::arg("group") = view_defaults.group,
+              py::arg("source") = view_defaults.source);
+  view.def_readonly("source", &LabelledView::source, "File or scene it comes from.");
+  view.def_readonly("class_name", &LabelledView::class_name, "Object family.");
+  view.def_readonly("group", &LabelledView::group, "The two views of one scene share a group.");
+  view.def_property_readonly(
+      "image", [](const LabelledView& self) { return image_result(self.image); }, "uint8, RGB or grey.");
+  def_array<std::uint8_t>(view, "mask", &LabelledView::mask, "(H, W) uint8, > 0 = the object.");
+  def_array<std::uint8_t>(view, "label", &LabelledView::label, "(H, W) uint8, > 0 = grasp region.");
+
+  py::class_<LabelledPatches> patches(m, "LabelledPatches", "The patches of a labelled view (III-C).");
+  patches.def_readonly("patches", &LabelledPatches::patches);
+  def_array<int>(patches, "labels", &LabelledPatches::labels, "(M,) int32, 1 if it overlaps the region.");
+  def_array<float>(patches, "label_share", &LabelledPatches::label_share,
+                   "(M,) float32 share of the patch's pixels that are labelled.");
+  patches.def_readonly("visible_label_share", &LabelledPatches::visible_label_share,
+                       "Labelled pixels over object pixels.");
+
+  py::class_<TrainingSet> set(m, "TrainingSet", "Training rows gathered over many views, in order.");
+  def_array<float>(set, "features", &TrainingSet::features, "(R, D) float32.");
+  def_array<int>(set, "labels", &TrainingSet::labels, "(R,) int32, 0 or 1.");
+  def_array<int>(set, "groups", &TrainingSet::groups, "(R,) int32, LabelledView.group.");
+
+  m.def(
+      "load_dataset",
+      [](const std::filesystem::path& folder, const std::vector<std::string>& classes,
+         const std::string& views) {
+        const DatasetViews wanted = which_views(views);
+        return without_gil([&] { return load_dataset(folder, classes, wanted); });
+      },
+      py::arg("folder"), py::kw_only(), py::arg("classes") = std::vector<std::string>(),
+      py::arg("views") = "both",
+      "The labelled views of a data set (docs/dataset-format.md). classes: only these; empty for all. views: "
+      "'left' or 'both'. Raises InvalidInput naming the file.");
+  m.def(
+      "check_dataset",
+      [](const std::filesystem::path& folder) { return without_gil([&] { return check_dataset(folder); }); },
+      py::arg("folder"), "Every problem of a data set, one line each; empty if it is sound.");
+
+  DescriptorOptions descriptor;
+  AugmentOptions augment;
+  define(
+      m, "describe_labelled_view", signature("view: LabelledView", keywords(descriptor), "LabelledPatches"),
+      "The patches of a labelled view; a patch is positive if it overlaps the labelled region (III-C).",
+      [](const LabelledView& self, const py::kwargs& arguments) {
+        DescriptorOptions options;
+        read_keywords("describe_labelled_view", arguments, keywords(options));
+        return without_gil([&] { return describe_labelled_view(self, options); });
+      },
+      py::arg("view"));
+  define(
+      m, "build_training_set",
+      signature("views: collections.abc.Sequence[LabelledView], *, progress: "
+                "collections.abc.Callable[[float], None] | None = None",
+                all_keywords(augment, descriptor), "TrainingSet"),
+      R"(Describe every view with its true mask, and again with masks as imperfect as those met later (METHOD 5).
+
+degraded_masks: such copies of each view. progress: called with the share done; what it raises ends the work.)",
+      [](const std::vector<LabelledView>& views, const std::optional<py::function>& progress,
+         const py::kwargs& arguments) {
+        DescriptorOptions descriptor_options;
+        AugmentOptions augment_options;
+        read_keywords("build_training_set", arguments, all_keywords(augment_options, descriptor_options));
+        const auto report = [&](double share) {
+          const py::gil_scoped_acquire acquire;
+          if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+          if (progress) (*progress)(share);
+        };
+        return without_gil(
+            [&] { return build_training_set(views, descriptor_options, augment_options, report); });
+      },
+      py::arg("views"), py::kw_only(), py::arg("progress") = py::none());
+}
+
+}  // namespace graspctx::python
