@@ -50,16 +50,16 @@ cv::Mat degrade(const cv::Mat& mask, std::mt19937& generator) {
   const double extent_px = object_extent_px(mask);
   const double kind = uniform(generator), amount = uniform(generator);
   const double direction_rad = 6.283185307179586 * uniform(generator);
-  if (kind < 0.5) return dilated(mask, extent_px * (0.01 + 0.07 * amount));
+  if (kind < 0.5) return dilated(mask, extent_px * (0.005 + 0.035 * amount));
   if (kind < 0.8) {
-    const cv::Mat grown = dilated(mask, extent_px * (0.05 + 0.15 * amount));
+    const cv::Mat grown = dilated(mask, extent_px * (0.03 + 0.07 * amount));
     cv::Mat wedge;
     cv::bitwise_and(grown, beyond_line(mask, direction_rad, 0.5), wedge);
     cv::bitwise_or(wedge, mask, wedge);
     return wedge;
   }
   cv::Mat cut;
-  cv::bitwise_and(mask, beyond_line(mask, direction_rad, 0.05 + 0.15 * amount), cut);
+  cv::bitwise_and(mask, beyond_line(mask, direction_rad, 0.02 + 0.08 * amount), cut);
   return cut;
 }
 

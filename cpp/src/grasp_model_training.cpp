@@ -42,7 +42,7 @@ void draw_to_front(std::vector<int>& items, std::size_t count, std::mt19937& ran
 /// All rows of one image.
 struct Group {
   std::vector<int> rows;
-  std::vector<int> drawn;  // rows the SVM is trained on: all positives, some negatives
+  std::vector<int> drawn;  // rows the SVM is trained on: some of each class
   int positives = 0;
   int fold = 0;
 };
@@ -69,15 +69,20 @@ Problem group_rows(const Eigen::Ref<const FeatureMatrix>& features, const std::v
   const auto positive = [&](int row) { return labels[static_cast<std::size_t>(row)] == 1; };
   for (Group& group : problem.groups) std::stable_partition(group.rows.begin(), group.rows.end(), positive);
 
-  // Negatives far outnumber positives: keep a few of each image.
+  // Neighbouring patches are alike: a few of each image and class are enough, and bound the model's size.
   std::mt19937 random_rows(options.seed);
+  const int fair_share = std::max(1, options.max_rows / (3 * static_cast<int>(problem.groups.size())));
+  const int max_positives = std::min(options.max_positives_per_group, fair_share);
+  const int max_negatives = std::min(options.max_negatives_per_group, 2 * fair_share);
   for (Group& group : problem.groups) {
     const auto first_negative = group.rows.begin() + group.positives;
-    std::vector<int> negatives(first_negative, group.rows.end());
-    group.drawn.assign(group.rows.begin(), first_negative);
-    const auto kept = std::min<std::size_t>(options.max_negatives_per_group, negatives.size());
-    draw_to_front(negatives, kept, random_rows);
-    group.drawn.insert(group.drawn.end(), negatives.begin(), negatives.begin() + kept);
+    const auto draw = [&](std::vector<int> rows, int limit) {
+      const auto kept = std::min<std::size_t>(limit, rows.size());
+      draw_to_front(rows, kept, random_rows);
+      group.drawn.insert(group.drawn.end(), rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(kept));
+    };
+    draw({group.rows.begin(), first_negative}, max_positives);
+    draw({first_negative, group.rows.end()}, max_negatives);
   }
 
   // Deal the groups to the folds. Those with both classes stand in the middle, so that the groups of each
@@ -218,8 +223,11 @@ void TrainOptions::check() const {
   require(all_positive(svm_c), "svm_c must hold values over 0, at most 1e6");
   require(all_positive(gamma_times_dimension), "gamma_times_dimension must hold values over 0, at most 1e6");
   require(folds >= 2 && folds <= 1000, "folds must lie between 2 and 1000, got " + std::to_string(folds));
+  require(max_positives_per_group >= 1,
+          "max_positives_per_group must be at least 1, got " + std::to_string(max_positives_per_group));
   require(max_negatives_per_group >= 1,
           "max_negatives_per_group must be at least 1, got " + std::to_string(max_negatives_per_group));
+  require(max_rows >= 10, "max_rows must be at least 10, got " + std::to_string(max_rows));
   require(max_search_rows >= 1, "max_search_rows must be at least 1, got " + std::to_string(max_search_rows));
 }
 
@@ -318,6 +326,8 @@ GraspModel train_model(const Eigen::Ref<const FeatureMatrix>& features, const st
       {"training.groups", std::to_string(problem.groups.size())},
       {"training.rows_of_svm", std::to_string(rows_used)},
       {"training.support_vectors", std::to_string(model.coefficients.size())},
+      {"training.max_rows", std::to_string(options.max_rows)},
+      {"training.max_positives_per_group", std::to_string(options.max_positives_per_group)},
       {"training.max_negatives_per_group", std::to_string(options.max_negatives_per_group)},
       {"training.seed", std::to_string(options.seed)},
       {"training.c", text_of(best_c)},

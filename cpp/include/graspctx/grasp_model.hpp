@@ -45,11 +45,13 @@ struct GRASPCTX_EXPORT GraspModel {
 };
 
 struct GRASPCTX_EXPORT TrainOptions {
-  std::vector<double> svm_c{1, 10, 100};
-  std::vector<double> gamma_times_dimension{0.5, 1, 2, 4};  // γ = value / D
-  int folds = 5;                                            // grouped by image
-  int max_negatives_per_group = 24;  // negatives kept for training; all are used for the sigmoid
-  int max_search_rows = 6000;        // whole groups, for the search over C and γ
+  std::vector<double> svm_c{1, 3, 10};
+  std::vector<double> gamma_times_dimension{0.5, 1, 2};  // γ = value / D
+  int folds = 5;                                         // grouped by image
+  int max_positives_per_group = 24;  // rows of each image kept to train the SVM; the sigmoid sees all rows
+  int max_negatives_per_group = 48;
+  int max_rows = 12000;        // of all images together: fewer of each where there are many
+  int max_search_rows = 4000;  // whole groups, for the search over C and γ
   std::uint32_t seed = 1;
   std::function<void(double share, const std::string& what)> progress;  // may be empty
   void check() const;
