@@ -126,7 +126,8 @@ DetectedObject detect_on_object(const ObjectHypothesis& hypothesis, const Detect
     grasp.probability_left = point.probability;
     grasp.probability_right = *probability_right;
     grasp.probability = grasp.probability_left * grasp.probability_right;  // Eq. 1
-    if (grasp.cam_from_hand.allFinite()) object.grasps.push_back(std::move(grasp));
+    const bool possible = grasp.probability >= options.min_probability && grasp.cam_from_hand.allFinite();
+    if (possible) object.grasps.push_back(std::move(grasp));
   }
 
   // Eq. 2: the best is the arg max; what the hand cannot do comes last.
@@ -190,6 +191,7 @@ void DetectorOptions::check() const {
   hand.check();
   detail::require_option(std::isfinite(approach_threshold) && approach_threshold >= 0,
                          "approach_threshold must not be negative");
+  detail::require_option(min_probability >= 0 && min_probability <= 1, "min_probability must be 0 to 1");
   detail::require_option(max_grasps >= 1 && max_grasps <= 1000, "max_grasps must be 1 to 1000");
   detail::require_option(threads >= 1 && threads <= 256, "threads must be 1 to 256");
 }

@@ -161,6 +161,15 @@ GraspConfiguration configure_grasp(const Eigen::Vector2d& left_px, const StereoM
   constexpr double deepest_m = 0.02;
   grasp.position_m = surface_m + std::min(width_m / 2, deepest_m) * camera.ray(left_px);
   grasp.opening_m = width_m + 2 * hand.opening_margin_m;
+  if (table) {
+    // No part reaches below the table: its middle lies at least half its width above. Depth alone is not
+    // known well enough for a pencil.
+    const double least_m = std::min(width_m / 2, deepest_m), height_m = table->height_m(grasp.position_m);
+    const double sinks = -table->normal.dot(camera.ray(left_px));
+    constexpr double grazing = 0.1;
+    if (height_m < least_m && sinks > grazing)
+      grasp.position_m -= (least_m - height_m) / sinks * camera.ray(left_px);
+  }
 
   // dZ = Z² / (f·B) · dd; across the ray a point is known to a pixel.
   const double depth_stddev_m = surface_m.z() * metres_per_px / camera.baseline_m * match.disparity_stddev_px;

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "graspctx/detector.hpp"
@@ -108,10 +109,21 @@ TEST(Detector, AShiftOfBothImagesShiftsTheGrasp) {
                                         testing::test_camera(), block_model(), {}, shifted(object.mask));
   ASSERT_FALSE(here.objects.at(0).grasps.empty());
   ASSERT_FALSE(there.objects.at(0).grasps.empty());
-  const GraspConfiguration &a = here.objects[0].grasps[0], &b = there.objects[0].grasps[0];
-  EXPECT_LT((a.left_px + Eigen::Vector2d(du, dv) - b.left_px).norm(), 0.5);
-  EXPECT_LT((a.right_px + Eigen::Vector2d(du, dv) - b.right_px).norm(), 0.5);
-  EXPECT_NEAR(a.probability_left, b.probability_left, 1e-9);
+  // The border shows something else, so the disparities, and with them the ranks, may differ a little.
+  int compared = 0;
+  for (const GraspConfiguration& a : here.objects[0].grasps) {
+    if (a.probability < 0.2) continue;
+    const auto b =
+        std::find_if(there.objects[0].grasps.begin(), there.objects[0].grasps.end(), [&](const auto& grasp) {
+          return (a.left_px + Eigen::Vector2d(du, dv) - grasp.left_px).norm() < 0.01;
+        });
+    ASSERT_NE(b, there.objects[0].grasps.end());
+    EXPECT_LT((a.right_px + Eigen::Vector2d(du, dv) - b->right_px).norm(), 0.5);
+    EXPECT_NEAR(a.probability_left, b->probability_left, 1e-9);
+    EXPECT_NEAR(a.opening_m, b->opening_m, 1e-3);
+    ++compared;
+  }
+  EXPECT_GT(compared, 0);
 }
 
 TEST(Detector, IsTheSameForAnyNumberOfThreads) {

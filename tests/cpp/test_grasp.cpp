@@ -156,6 +156,23 @@ TEST(ConfigureGrasp, FallsThroughToAnotherCaseWhereTheTableIsInTheWay) {
   EXPECT_FALSE(configure_grasp(at, match, mask, camera, pose, std::nullopt).infeasible_because);
 }
 
+TEST(ConfigureGrasp, NoPartReachesBelowTheTable) {
+  // A pencil, 20 px or 2 cm wide here, whose disparity puts it 1 cm into the table it lies on.
+  const StereoCamera camera = testing::test_camera();
+  cv::Mat mask = cv::Mat::zeros(480, 640, CV_8UC1);
+  cv::rectangle(mask, cv::Rect(220, 230, 200, 20), cv::Scalar(255), cv::FILLED);
+  ObjectPose pose = straight_pose();
+  pose.centroid_m.z() = 0.7;
+  StereoMatch match;
+  match.disparity_px = camera.disparity_px(0.7);
+  const GraspConfiguration grasp = configure_grasp({320, 239.5}, match, mask, camera, pose, table_below());
+  EXPECT_NEAR(table_below().height_m(grasp.position_m), grasp.opening_m / 2 - HandOptions().opening_margin_m,
+              1e-4);
+  EXPECT_EQ(grasp.rule, ApproachRule::plane_normal);
+  EXPECT_TRUE(grasp.feasible) << grasp.infeasible_because.value_or("");
+  EXPECT_LT((camera.project(grasp.position_m) - grasp.left_px).norm(), 1e-9);
+}
+
 TEST(ConfigureGrasp, SaysWhenThePartIsTooWide) {
   const StereoCamera camera = testing::test_camera();
   const cv::Mat mask(480, 640, CV_8UC1, cv::Scalar(255));

@@ -301,6 +301,7 @@ TEST(TrainModel, ProbabilitiesAreCalibratedWhateverShareOfNegativesTheSvmSaw) {
   for (const int negatives : {1000, 24, 5}) {
     TrainOptions options = fixed_options(1, 0.5);
     options.max_negatives_per_group = negatives;
+    options.max_positives_per_group = 1000;
     const GraspModel model = train(rows, options);
     const Eigen::VectorXd p = model.predict_probability(fresh.features);
     EXPECT_NEAR(p.mean(), prior, 0.02) << negatives;
@@ -358,7 +359,7 @@ TEST(TrainModel, OrderOfTheClassesDoesNotMatter) {
 TEST(TrainModel, SwappingTheLabelsMirrorsTheModel) {
   Rows rows = make_rows(12, 60, 6, 3);
   TrainOptions options = fixed_options();
-  options.max_negatives_per_group = 1000;  // the same rows either way
+  options.max_negatives_per_group = options.max_positives_per_group = 1000;  // the same rows either way
   const GraspModel model = train(rows, options);
   for (int& label : rows.labels) label = 1 - label;
   const GraspModel mirrored = train(rows, options);

@@ -26,6 +26,7 @@ struct GRASPCTX_EXPORT DetectorOptions {
   StereoMatchOptions stereo_match;
   HandOptions hand;
   double approach_threshold = 0.3;  // φ of Eq. 3, share of the minor semi-axis in the image
+  double min_probability = 0.01;    // of both views together; what is less likely is no grasp
   int max_grasps = 10;              // of each object
   int threads = 1;                  // the result is the same for any number
   void check() const;
