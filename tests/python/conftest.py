@@ -113,6 +113,15 @@ def trained_model(cli, drawn_dataset, tmp_path_factory):
     return file
 
 
+@pytest.fixture(scope="session")
+def shared_data():
+    """Public data that is no part of the repository."""
+    folder = Path(os.environ.get("GRASPCTX_SHARED_DATA", REPOSITORY.parent / "shared" / "data"))
+    if not folder.is_dir():
+        pytest.skip(f"{folder} is absent; GRASPCTX_SHARED_DATA names another")
+    return folder
+
+
 # ---- The disc of scenes.py: known truth, for the Python package --------------------------------------------
 
 

@@ -7,7 +7,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from conftest import write_drawn_dataset
+from conftest import REPOSITORY, write_drawn_dataset
 
 Image = pytest.importorskip("PIL.Image")
 
@@ -104,6 +104,29 @@ def test_wrong_usage(cli, mug_pair, tmp_path, arguments):
 
 def assert_unit(vector):
     assert np.linalg.norm(vector) == pytest.approx(1, abs=1e-6)
+
+
+GRASP_KEYS = [
+    *["rank", "probability", "probability_left", "probability_right", "left_px", "right_px"],
+    *["position_m", "position_stddev_m", "rule", "approach", "closing", "cam_from_hand", "opening_m"],
+    *["feasible", "infeasible_because"],
+]
+OBJECT_KEYS = ["id", "bounding_box_px", "centroid_px", "pose", "grasps"]
+POSE_KEYS = ["centroid_m", "major_axis_m", "minor_axis_m", "normal", "source"]
+DOCUMENT_KEYS = ["schema", "graspctx", "frame", "image_size", "model", "table_plane", "objects", "timings_ms"]
+
+
+def test_detection_json_has_the_documented_keys_in_order(detection):
+    text = (REPOSITORY / "docs" / "detection-json.md").read_text()
+    assert list(detection) == DOCUMENT_KEYS
+    assert list(detection["model"]) == ["name", "sha256"]
+    assert list(detection["table_plane"]) == ["normal", "offset_m"]
+    for found in detection["objects"]:
+        assert list(found) == OBJECT_KEYS
+        assert found["pose"] is None or list(found["pose"]) == POSE_KEYS
+        assert all(list(grasp) == GRASP_KEYS for grasp in found["grasps"])
+    for key in DOCUMENT_KEYS + OBJECT_KEYS + POSE_KEYS + GRASP_KEYS:
+        assert f"`{key}`" in text, key
 
 
 def test_detection_json_keeps_the_contract(detection, cli):
@@ -300,6 +323,16 @@ def test_fixation_looks_at_one_object(cli, mug_pair, trained_model, detection):
     assert len(objects) == 1
     x, y, width, height = objects[0]["bounding_box_px"]
     assert x <= u <= x + width and y <= v <= y + height
+
+
+@pytest.mark.parametrize("name", ["art", "laundry", "reindeer", "adirondack", "motorcycle"])
+def test_real_pairs_are_answered(cli, shared_data, trained_model, name):
+    folder = shared_data / "stereo" / name
+    arguments = [folder / "left.png", folder / "right.png", "--calibration", folder / "calib.txt"]
+    found = json.loads(succeed(cli("detect", *arguments, "--model", trained_model, "--json", "-")))
+    with Image.open(folder / "left.png") as image:
+        assert found["image_size"] == list(image.size)
+    assert found["graspctx"]
 
 
 # ---- segment, describe ----
