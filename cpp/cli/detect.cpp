@@ -85,7 +85,7 @@ void detect(const DetectArguments& arguments) {
     outputs.push_back(
         {arguments.picture, encode_image(arguments.picture, draw_detection(detection, pair.camera))});
   }
-  if (outputs.empty()) outputs.push_back({standard_output, detection_table(detection)});
+  if (arguments.json != standard_output) outputs.push_back({standard_output, detection_table(detection)});
   write_outputs(outputs);
   print_warnings(detection.warnings);
 }
@@ -118,7 +118,7 @@ void add_detect(CLI::App& program) {
       ->type_name("FILE");
   add_threads_argument(command, arguments->threads);
   command.footer(
-      "Prints a table of the ranked grasps unless --json or --picture is given.\n"
+      "Prints a table of the ranked grasps unless --json - prints the JSON.\n"
       "Examples:\n"
       "  graspctx_cli detect left.png right.png --calibration calib.txt\n"
       "  graspctx_cli detect left.png right.png --calibration left.yaml right.yaml --model mug --json - "
