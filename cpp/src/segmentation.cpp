@@ -118,6 +118,24 @@ cv::Mat figure_off_plane(const Hypothesis& hypothesis) {
   return parts_with_seeds(mask, hypothesis.seeds);
 }
 
+cv::Mat convex_hull(const cv::Mat& mask) {
+  std::vector<cv::Point> points, hull;
+  cv::findNonZero(mask, points);
+  cv::convexHull(points, hull);
+  cv::Mat filled = cv::Mat::zeros(mask.size(), CV_8UC1);
+  cv::fillConvexPoly(filled, hull, 255);
+  return filled;
+}
+
+/// What a pixel of unknown depth says: nothing, unless the ground around the object is known nearly
+/// everywhere. Then it is no ground: plain objects on textured tables show as holes in it.
+double unknown_odds(const cv::Mat& ground, const cv::Mat& outside) {
+  constexpr double unknown_of_figure = 0.5;
+  const double all = std::max(1, cv::countNonZero(outside));
+  const double unknown_of_ground = 1 - cv::countNonZero(ground & outside) / all;
+  return std::clamp(std::log(unknown_of_figure / std::max(unknown_of_ground, 0.02)), -0.3, 1.5);
+}
+
 /// III-A, Fig. 2c: depth and colour together, in a region around the hypothesis.
 cv::Mat figure_by_colour(const Hypothesis& hypothesis, const cv::Mat& image, const cv::Mat& known_ground,
                          const cv::Mat& others) {
@@ -139,9 +157,10 @@ cv::Mat figure_by_colour(const Hypothesis& hypothesis, const cv::Mat& image, con
   const cv::Mat ground = known_ground(region) & ~seeds;
   const cv::Mat sure_figure = shrunk(seeds, 2), sure_ground = shrunk(ground, 2);
   evidence.figure_seeds = cv::countNonZero(sure_figure) > 50 ? sure_figure : seeds;
-  const cv::Mat far_from_seeds = ~grown(seeds, std::max(5, margin / 2));
-  evidence.ground_seeds = sure_ground | far_from_seeds;
-  evidence.log_odds = cv::Mat(region.size(), CV_32FC1, cv::Scalar(-0.3));
+  const cv::Mat outside = ~grown(convex_hull(seeds), std::max(5, margin / 2));
+  evidence.ground_seeds = sure_ground | outside;
+  evidence.log_odds = cv::Mat(region.size(), CV_32FC1, cv::Scalar(unknown_odds(ground, outside)));
+  evidence.log_odds.setTo(-0.3, outside);
   evidence.log_odds.setTo(-1, ground);
   evidence.log_odds.setTo(1, seeds);
   evidence.log_odds.setTo(-2, sure_ground);
@@ -151,6 +170,23 @@ cv::Mat figure_by_colour(const Hypothesis& hypothesis, const cv::Mat& image, con
   cv::Mat mask = cv::Mat::zeros(image.size(), CV_8UC1);
   detail::cut_figure(evidence).copyTo(mask(region));
   return parts_with_seeds(mask, hypothesis.seeds);
+}
+
+/// Does the lower half of a figure border on the table, and not rather on something below it? A piece of
+/// floor that was matched wrongly seems to hover over the table.
+bool stands_on_table(const cv::Mat& mask, const cv::Mat& residual_px) {
+  const cv::Rect box = cv::boundingRect(mask);
+  const cv::Mat ring = grown(mask, 8) & ~grown(mask, 2);
+  int on_table = 0, below = 0;
+  for (int v = box.y + box.height / 2; v < std::min(box.br().y + 8, mask.rows); ++v) {
+    for (int u = std::max(box.x - 8, 0); u < std::min(box.br().x + 8, mask.cols); ++u) {
+      if (!ring.at<uchar>(v, u)) continue;
+      const float r = residual_px.at<float>(v, u);
+      on_table += std::abs(r) < 0.5F ? 1 : 0;
+      below += r < -1 ? 1 : 0;
+    }
+  }
+  return on_table >= below;
 }
 
 ObjectHypothesis describe_object(const cv::Mat& mask, int id) {
@@ -257,6 +293,7 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
   }
 
   std::vector<Hypothesis> hypotheses;
+  detail::Relief relief;
   cv::Mat table;
   if (options.cues != CueLevel::disparity) {
     result.table = fit_table_plane(pair, disparity, camera);
@@ -265,7 +302,7 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
     }
   }
   if (result.table) {
-    const detail::Relief relief = detail::relief_over_plane(pair, disparity, *result.table);
+    relief = detail::relief_over_plane(pair, disparity, *result.table);
     hypotheses = detail::hypotheses_on_table(pair, relief, *result.table, camera, options);
     table = ground_of(relief, 0.4);
   } else {
@@ -293,7 +330,7 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
     } else {
       mask = figure_at_zero_disparity(hypothesis, disparity.dense, camera);
     }
-    if (mask.empty()) continue;
+    if (mask.empty() || (result.table && !stands_on_table(mask, relief.residual_px))) continue;
     mask.setTo(0, result.instance_ids);  // what was looked at first keeps its pixels
     constexpr int least_px = 30;
     if (cv::countNonZero(mask) < least_px) continue;

@@ -77,6 +77,21 @@ void refine_to_a_fraction(const TablePlane& plane, Relief& relief) {
   }
 }
 
+/// Forgets the residuals with which the two views still differ: a wrong match leaves a difference as large as
+/// the texture itself.
+void forget_what_does_not_fit(const TablePlane& plane, Relief& relief) {
+  constexpr double most_of_variance = 0.25;
+  const cv::Size window(7, 7);
+  const cv::Mat difference = relief.left - right_view_over_plane(relief.right, plane, relief.residual_px);
+  cv::Mat misfit, square, mean;
+  cv::boxFilter(channel_sum(difference.mul(difference)), misfit, CV_32F, window);
+  cv::boxFilter(channel_sum(relief.left.mul(relief.left)), square, CV_32F, window);
+  cv::boxFilter(relief.left, mean, CV_32F, window);
+  const cv::Mat variance = square - channel_sum(mean.mul(mean));
+  const double noise_misfit = 4 * relief.noise * relief.noise * relief.left.channels();
+  relief.residual_px.setTo(unknown, misfit > most_of_variance * variance + noise_misfit);
+}
+
 }  // namespace
 
 cv::Mat channel_sum(const cv::Mat& image) {
@@ -148,6 +163,7 @@ Relief relief_over_plane(const RectifiedPair& pair, const Disparity& disparity, 
     }
   }
   refine_to_a_fraction(plane, relief);
+  forget_what_does_not_fit(plane, relief);
   return relief;
 }
 
