@@ -23,18 +23,6 @@ struct DetectArguments {
   int threads = 1;
 };
 
-std::string rule_text(ApproachRule rule) {
-  switch (rule) {
-    case ApproachRule::plane_normal:
-      return "plane normal";
-    case ApproachRule::major_axis:
-      return "major axis";
-    case ApproachRule::minor_axis:
-      return "minor axis";
-  }
-  return "";
-}
-
 /// The ranked grasps for a reader.
 std::string detection_table(const Detection& detection) {
   if (detection.objects.empty()) return "no object found\n";
@@ -53,7 +41,7 @@ std::string detection_table(const Detection& detection) {
       table.add({std::to_string(grasp.rank), fixed(grasp.probability, 3), fixed(grasp.left_px.x(), 1),
                  fixed(grasp.left_px.y(), 1), fixed(grasp.position_m.x(), 3), fixed(grasp.position_m.y(), 3),
                  fixed(grasp.position_m.z(), 3), fixed(grasp.position_stddev_m.z(), 4),
-                 fixed(grasp.opening_m, 3), rule_text(grasp.rule),
+                 fixed(grasp.opening_m, 3), name_of(grasp.rule),
                  grasp.feasible ? "yes" : "no: " + grasp.infeasible_because.value_or("unknown reason")});
     }
     text += table.text();

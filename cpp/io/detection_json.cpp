@@ -31,18 +31,6 @@ Json to_json(const Eigen::MatrixBase<Derived>& matrix) {
   return result;
 }
 
-const char* rule_name(ApproachRule rule) {
-  switch (rule) {
-    case ApproachRule::plane_normal:
-      return "plane_normal";
-    case ApproachRule::major_axis:
-      return "major_axis";
-    case ApproachRule::minor_axis:
-      return "minor_axis";
-  }
-  throw std::logic_error("unknown approach rule");
-}
-
 Json to_json(const TablePlane& table) {
   return {{"normal", to_json(table.normal)}, {"offset_m", finite(table.offset_m)}};
 }
@@ -64,7 +52,7 @@ Json to_json(const GraspConfiguration& grasp) {
           {"right_px", to_json(grasp.right_px)},
           {"position_m", to_json(grasp.position_m)},
           {"position_stddev_m", to_json(grasp.position_stddev_m)},
-          {"rule", rule_name(grasp.rule)},
+          {"rule", name_of(grasp.rule)},
           {"approach", to_json(grasp.approach)},
           {"closing", to_json(grasp.closing)},
           {"cam_from_hand", to_json(grasp.cam_from_hand)},

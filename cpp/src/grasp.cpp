@@ -57,6 +57,18 @@ void HandOptions::check() const {
   }
 }
 
+const char* name_of(ApproachRule rule) {
+  switch (rule) {
+    case ApproachRule::plane_normal:
+      return "plane_normal";
+    case ApproachRule::major_axis:
+      return "major_axis";
+    case ApproachRule::minor_axis:
+      return "minor_axis";
+  }
+  throw InvalidInput("approach rule: expected plane_normal, major_axis or minor_axis");
+}
+
 ApproachAndWrist approach_by_rule(ApproachRule rule, const Eigen::Vector2d& grasp_px,
                                   const ObjectPose& pose) {
   const Eigen::Vector2d x_b = grasp_px - pose.centroid_px;

@@ -6,22 +6,6 @@
 
 namespace graspctx::python {
 
-namespace {
-
-const char* rule_name(const GraspConfiguration& grasp) {
-  switch (grasp.rule) {
-    case ApproachRule::plane_normal:
-      return "plane_normal";
-    case ApproachRule::major_axis:
-      return "major_axis";
-    case ApproachRule::minor_axis:
-      return "minor_axis";
-  }
-  return "";
-}
-
-}  // namespace
-
 void bind_grasp(py::module_& m) {
   py::class_<GraspConfiguration> grasp(m, "GraspConfiguration",
                                        R"(A full grasp configuration in the camera frame.
@@ -36,7 +20,9 @@ grasp point, between the pads.)");
   def_vector(grasp, "right_px", &GraspConfiguration::right_px, "(2,) u, v.");
   def_vector(grasp, "position_m", &GraspConfiguration::position_m, "(3,) the grasp point.");
   def_vector(grasp, "position_stddev_m", &GraspConfiguration::position_stddev_m, "(3,)");
-  grasp.def_property_readonly("rule", &rule_name, "'plane_normal', 'major_axis' or 'minor_axis' (Eq. 3).");
+  grasp.def_property_readonly(
+      "rule", [](const GraspConfiguration& self) { return name_of(self.rule); },
+      "'plane_normal', 'major_axis' or 'minor_axis' (Eq. 3).");
   def_vector(grasp, "approach", &GraspConfiguration::approach, "(3,) unit, from the palm to the object.");
   def_vector(grasp, "closing", &GraspConfiguration::closing, "(3,) unit, from thumb to fingers.");
   def_vector(grasp, "cam_from_hand", &GraspConfiguration::cam_from_hand, "(4, 4)");
@@ -48,7 +34,7 @@ grasp point, between the pads.)");
                "GraspConfiguration(rank={}, probability={:.3f}, position_m=({:.4f}, {:.4f}, {:.4f}), "
                "rule={!r}{})")
         .format(self.rank, self.probability, self.position_m.x(), self.position_m.y(), self.position_m.z(),
-                rule_name(self), self.feasible ? "" : ", infeasible");
+                name_of(self.rule), self.feasible ? "" : ", infeasible");
   });
 }
 

@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "graspctx/detector.hpp"
@@ -47,8 +46,11 @@ const GraspModel& block_model() {
     for (int i = 0; i < 12; ++i) {
       views.push_back(labelled(handled_block(-1.1 + 0.2 * i, 0.85 + 0.03 * (i % 5)), i));
     }
-    const TrainingSet set = build_training_set(views);
+    AugmentOptions true_masks;  // ctest runs each test on its own: keep what they share small
+    true_masks.degraded_masks = 0;
+    const TrainingSet set = build_training_set(views, {}, true_masks);
     TrainOptions options;
+    options.max_rows = 1000;
     options.svm_c = {10};
     options.gamma_times_dimension = {1};
     GraspModel trained = train_model(set.features, set.labels, set.groups, options);
@@ -109,19 +111,22 @@ TEST(Detector, AShiftOfBothImagesShiftsTheGrasp) {
                                         testing::test_camera(), block_model(), {}, shifted(object.mask));
   ASSERT_FALSE(here.objects.at(0).grasps.empty());
   ASSERT_FALSE(there.objects.at(0).grasps.empty());
-  // The border shows something else, so the disparities, and with them the ranks, may differ a little.
+  // The left view is the same to the bit, and so is its response.
+  const ObjectIntermediates &left = here.objects[0].intermediates, &moved = there.objects[0].intermediates;
+  EXPECT_EQ(left.patches.cells, moved.patches.cells);
+  ASSERT_EQ(left.probabilities.size(), moved.probabilities.size());
+  EXPECT_EQ((left.probabilities - moved.probabilities).cwiseAbs().maxCoeff(), 0);
+  // The borders show something else, so a disparity, and with it a match, may differ: not where a grasp is,
+  // though.
   int compared = 0;
   for (const GraspConfiguration& a : here.objects[0].grasps) {
-    if (a.probability < 0.2) continue;
-    const auto b =
-        std::find_if(there.objects[0].grasps.begin(), there.objects[0].grasps.end(), [&](const auto& grasp) {
-          return (a.left_px + Eigen::Vector2d(du, dv) - grasp.left_px).norm() < 0.01;
-        });
-    ASSERT_NE(b, there.objects[0].grasps.end());
-    EXPECT_LT((a.right_px + Eigen::Vector2d(du, dv) - b->right_px).norm(), 0.5);
-    EXPECT_NEAR(a.probability_left, b->probability_left, 1e-9);
-    EXPECT_NEAR(a.opening_m, b->opening_m, 1e-3);
-    ++compared;
+    for (const GraspConfiguration& b : there.objects[0].grasps) {
+      if ((a.left_px + Eigen::Vector2d(du, dv) - b.left_px).norm() > 0.01) continue;
+      EXPECT_LT((a.right_px + Eigen::Vector2d(du, dv) - b.right_px).norm(), 0.5);
+      EXPECT_EQ(a.probability_left, b.probability_left);
+      EXPECT_NEAR(a.opening_m, b.opening_m, 1e-3);
+      ++compared;
+    }
   }
   EXPECT_GT(compared, 0);
 }

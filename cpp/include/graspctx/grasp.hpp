@@ -28,6 +28,8 @@ struct GRASPCTX_EXPORT HandOptions {
 };
 
 enum class ApproachRule { plane_normal, major_axis, minor_axis };  // the three cases of III-D, Eq. 3
+/// "plane_normal", "major_axis" or "minor_axis".
+GRASPCTX_EXPORT const char* name_of(ApproachRule rule);
 
 /// A full grasp configuration in the camera frame. Hand frame: z = approach (palm towards the object),
 /// x = closing (from thumb to fingers), y = z × x; origin at the grasp point, between the pads.
