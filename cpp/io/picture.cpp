@@ -30,7 +30,7 @@ constexpr double axis_length_m = 0.05;
 constexpr double distal_share = 0.44;  // of a finger: the outer link of a Barrett finger, 56 of 126 mm
 constexpr double palm_thickness_m = 0.02;
 constexpr int hides_segment = 40, hides_hand = 200;  // values of Canvas::occupied
-constexpr double segment_opacity = 0.25, hand_opacity = 0.72;
+constexpr double segment_opacity = 0.25, best_hand_opacity = 0.72, least_hand_opacity = 0.12;
 
 /// The picture, and how pixels of the image map to it. Pixel centres are at integers in both.
 struct Canvas {
@@ -171,7 +171,7 @@ std::vector<std::vector<Polygon>> hand_solids(double opening_m, const HandOption
 
 /// The visible faces of the hand, shaded, the farthest first.
 void draw_hand(Canvas& canvas, const GraspConfiguration& grasp, const StereoCamera& camera,
-               const HandOptions& hand) {
+               const HandOptions& hand, double opacity) {
   const Eigen::Affine3d cam_from_hand(grasp.cam_from_hand);
   if (!grasp.cam_from_hand.allFinite() || !std::isfinite(grasp.opening_m)) return;
 
@@ -212,7 +212,7 @@ void draw_hand(Canvas& canvas, const GraspConfiguration& grasp, const StereoCame
     cv::fillConvexPoly(canvas.occupied, face.corners, hides_hand, cv::LINE_8, sub_pixel_bits);
     cv::polylines(layer, face.corners, true, colour * 0.55, 1, cv::LINE_AA, sub_pixel_bits);
   }
-  cv::addWeighted(layer, hand_opacity, canvas.picture, 1 - hand_opacity, 0, canvas.picture);
+  cv::addWeighted(layer, opacity, canvas.picture, 1 - opacity, 0, canvas.picture);
 }
 
 void draw_axes(Canvas& canvas, const GraspConfiguration& grasp, const StereoCamera& camera, bool best) {
@@ -394,11 +394,11 @@ void draw_label(Canvas& canvas, const GraspConfiguration& grasp, const cv::Scala
 
 /// The grasps of one object, the best last and so on top.
 void draw_grasps(Canvas& canvas, const DetectedObject& object, const cv::Scalar& colour,
-                 const StereoCamera& camera, const PictureOptions& options) {
+                 const StereoCamera& camera, const PictureOptions& options, double hand_opacity) {
   const auto count = std::min(object.grasps.size(), static_cast<std::size_t>(options.max_grasps));
   for (std::size_t i = count; i-- > 0;) {
     const bool best = i == 0;
-    if (best) draw_hand(canvas, object.grasps[i], camera, options.hand);
+    if (best) draw_hand(canvas, object.grasps[i], camera, options.hand, hand_opacity);
     draw_axes(canvas, object.grasps[i], camera, best);
     const Eigen::Vector2d point = canvas.from_image(object.grasps[i].left_px);
     draw_disc(canvas.occupied, point, (best ? 30 : 15) * canvas.stroke_px, hides_hand);  // point and axes
@@ -446,8 +446,19 @@ cv::Mat draw_detection(const Detection& detection, const StereoCamera& camera,
   if (options.probabilities && any_probability) draw_probability_scale(canvas);
 
   // Objects in reverse, so that the best grasp of all lies on top; then all labels, so that none is covered.
+  // The hands of much less probable objects are faint: clutter would hide under them.
+  const auto best_probability = [](const DetectedObject& object) {
+    const double probability = object.grasps.empty() ? 0 : object.grasps.front().probability;
+    return std::isfinite(probability) ? probability : 0.0;
+  };
+  double highest = 0;
+  for (const DetectedObject& object : detection.objects)
+    highest = std::max(highest, best_probability(object));
   for (std::size_t i = detection.objects.size(); i-- > 0;) {
-    draw_grasps(canvas, detection.objects[i], segment_colours[i % segment_colours.size()], camera, options);
+    const double share = highest > 0 ? best_probability(detection.objects[i]) / highest : 1;
+    const double opacity = std::max(least_hand_opacity, share * share * best_hand_opacity);
+    draw_grasps(canvas, detection.objects[i], segment_colours[i % segment_colours.size()], camera, options,
+                opacity);
   }
   std::vector<cv::Rect> placed;
   for (std::size_t i = 0; i < detection.objects.size(); ++i) {

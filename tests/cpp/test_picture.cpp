@@ -151,6 +151,29 @@ TEST(Picture, InfeasibleGraspsAreGrey) {
   EXPECT_LT(infeasible, feasible / 4);  // the label's frame keeps the object's colour
 }
 
+TEST(Picture, HandsOfUnlikelyObjectsAreFaint) {
+  const StereoCamera camera = test_camera(1280, 960);
+  Detection detection = test_detection(camera);
+  detection.segmentation.instance_ids = cv::Mat();
+  detection.objects.push_back(detection.objects[0]);
+  std::vector<cv::Rect> palms;
+  for (const int i : {0, 1}) {
+    const Eigen::Vector3d position_m(0.3 * i - 0.15, 0.05, 0.7);
+    GraspConfiguration& grasp = detection.objects[i].grasps[0];
+    grasp = grasp_at(camera, position_m, {0, 1, 0}, {1, 0, 0});
+    const Eigen::Vector2d palm_px = camera.project(position_m - Eigen::Vector3d(0, 0.125, 0));
+    palms.emplace_back(cvRound(palm_px.x()) - 10, cvRound(palm_px.y()) - 5, 20, 10);
+  }
+  detection.objects[0].grasps[0].probability = 0.9;
+  detection.objects[1].grasps[0].probability = 0.3;
+  cv::Mat changed;
+  cv::absdiff(draw_detection(detection, camera, only_grasps()), detection.pair.left, changed);
+  const double likely = cv::mean(changed(palms[0]))[0], unlikely = cv::mean(changed(palms[1]))[0];
+  EXPECT_GT(likely, 30);
+  EXPECT_GT(unlikely, 2);
+  EXPECT_LT(unlikely, likely / 3);
+}
+
 TEST(Picture, WhatLiesBehindTheCameraIsLeftOut) {
   const StereoCamera camera = test_camera(640, 480);
   Detection detection = test_detection(camera);
