@@ -62,6 +62,16 @@ def test_it_comes_back_from_a_file(shell_model, tmp_path):
         shell_model.save(tmp_path / "no" / "shells.safetensors")
 
 
+def test_shipped_models_load_by_name():
+    if not gc.shipped_models():
+        pytest.skip("no model is shipped yet")
+    for name in gc.shipped_models():
+        model = gc.load_model(name)
+        assert model.dimension == 3 * model.descriptor["angular_bins"] * model.descriptor["radial_bins"]
+        assert model.classes
+        assert hashlib.sha256(model.to_bytes()).hexdigest() == model.sha256
+
+
 def test_the_descriptor_s_options_go_with_the_model(pair, mask, tmp_path):
     options = {"angular_bins": 4, "samples": 150, "windows_patches": (1, 3, 5)}
     view = gc.foveal_view(pair[0], mask)
