@@ -42,7 +42,7 @@ def environment(cli_path, tmp_path_factory):
     return {**os.environ, "PATH": f"{folder}{os.pathsep}{os.environ['PATH']}"}
 
 
-@pytest.mark.parametrize(("language", "code"), readme_blocks())
+@pytest.mark.parametrize(("language", "code"), list(readme_blocks()))
 def test_readme_block_runs(language, code, workplace, environment):
     command = ["bash", "-euc", code] if language == "sh" else [sys.executable, "-c", code]
     done = subprocess.run(
