@@ -114,8 +114,7 @@ def _pattern(rng, shape, x, y):
     base = random_colour(rng)
     image = np.broadcast_to(base, (*size, 3)).copy()
     aspect = shape.unrolled_m[1] / shape.unrolled_m[0]
-    plain = {"mug": 0.3, "pencil": 0.5, "wineglass": 0.4}[shape.family]
-    if rng.random() > plain:
+    if rng.random() > shape.plain_share:
         other = _other_colour(rng, base)
         kind = rng.choice(["stripes", "dots", "stickers", "marble", "speckle", "camouflage", "fade"])
         # Isotropic on the object although the texture is square.
