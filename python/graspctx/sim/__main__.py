@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 from .families import FAMILIES
+from .splits import SPLITS
 
 EXAMPLES = """examples:
   python -m graspctx.sim make data/mugs --scenes 200 --seed 1 --families mug --workers 4
@@ -99,6 +100,12 @@ def build_parser() -> argparse.ArgumentParser:
         default=(640, 480),
         help="image size (default: 640x480)",
     )
+    make.add_argument(
+        "--split",
+        choices=SPLITS,
+        default="train",
+        help="draw shapes and textures of this split; sets of two splits share none (default: train)",
+    )
     make.add_argument("--workers", metavar="W", type=_at_least(1), default=1, help="processes (default: 1)")
     make.add_argument(
         "--sheet", metavar="PNG", type=Path, help="also write a contact sheet of the first scenes"
@@ -133,6 +140,7 @@ def _make(options) -> int:
                 families=options.families,
                 objects=options.objects,
                 image_size=options.resolution,
+                split=options.split,
                 workers=options.workers,
                 progress=bar.update,
             )

@@ -17,7 +17,7 @@ from .render import Renderer, View, choose_gl
 from .scene import Scene, draw_scene
 
 DEPTH_UNIT_M = 1e-4
-LOOKS = 2
+LOOKS = 3
 """Counts the changes after which the same seed gives other pictures."""
 
 
@@ -38,6 +38,7 @@ def make_dataset(
     families: list[str] | None = None,
     objects: tuple[int, int] = (1, 1),
     image_size: tuple[int, int] = (640, 480),
+    split: str = "train",
     workers: int = 1,
     progress: Callable[[], None] | None = None,
 ) -> None:
@@ -52,6 +53,7 @@ def make_dataset(
         families: names of object families; None for all.
         objects: (fewest, most) objects in a scene.
         image_size: (width, height) px.
+        split: "train", "validation" or "test"; two splits share no shape and no texture.
         workers: processes.
         progress: called after each scene.
 
@@ -68,6 +70,7 @@ def make_dataset(
         "scenes": scenes,
         "objects": list(objects),
         "image_size": list(image_size),
+        "split": split,
         "looks": LOOKS,
     }
     done = _scenes_done(out, header)
@@ -79,7 +82,7 @@ def make_dataset(
             if progress:
                 progress()
         else:
-            jobs.append((str(out), seed, index, families, objects, image_size))
+            jobs.append((str(out), seed, index, families, objects, image_size, split))
     if workers <= 1 or len(jobs) <= 1:
         with Renderer() as renderer:
             for job in jobs:
@@ -143,8 +146,8 @@ def _scenes_done(out: Path, header: dict) -> set[int]:
     return done
 
 
-def _make_scene(renderer: Renderer, out, seed, index, families, objects, image_size):
-    scene = draw_scene(seed, index, families=families, objects=objects, image_size=image_size)
+def _make_scene(renderer: Renderer, out, seed, index, families, objects, image_size, split):
+    scene = draw_scene(seed, index, families=families, objects=objects, image_size=image_size, split=split)
     left, right = renderer.render(scene)
     folder = Path(out) / scene_folder(index)
     partial = folder.with_name(folder.name + ".partial")
@@ -210,6 +213,7 @@ def _describe(scene: Scene, left: View, right: View) -> dict:
         "schema": 1,
         "seed": scene.seed,
         "index": scene.index,
+        "split": scene.split,
         "image_size": list(camera.image_size),
         "camera": {
             "focal_px": camera.focal_px,

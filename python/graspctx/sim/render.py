@@ -9,6 +9,7 @@ import numpy as np
 
 from .mesh import Mesh, corner_normals
 from .scene import PlacedObject, Scene
+from .splits import split_number
 from .textures import object_texture, surface_texture
 
 _COLOUR, _TRUTH, _ROOM = 0, 1, 2  # geom groups: what the picture, the truth, and both are made of
@@ -81,7 +82,8 @@ class Renderer:
             mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, context)
             context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
             drawer = _Drawer(mujoco, model, data, context, owners)
-            sensor_rng = np.random.default_rng(np.random.SeedSequence([scene.seed, scene.index, 1]))
+            entropy = [scene.seed, scene.index, split_number(scene.split), 1]
+            sensor_rng = np.random.default_rng(np.random.SeedSequence(entropy))
             (left_colour, left), (right_colour, right) = (drawer.draw(scene, side) for side in (0, 1))
             exposure = _exposure(left_colour[::8, ::8], scene.sensor.brightness)
         finally:

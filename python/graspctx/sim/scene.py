@@ -5,9 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .families import ObjectShape, make_object
+from .splits import draw_seed, split_number
 from .textures import TABLE_TEXTURES
-
-SEED_LIMIT = 2**48  # seeds stay exact in JSON readers that use doubles
 
 
 @dataclass(frozen=True)
@@ -77,6 +76,7 @@ class Scene:
 
     Attributes:
         seed, index: the data set's seed and the scene's place in it.
+        split: of its shapes, textures and everything else that is drawn; see splits.py.
         cam_from_table: (4, 4) left camera.
         table_half_size_m: half the table's width and depth.
         table_turn_rad: turn of the table top about z.
@@ -85,6 +85,7 @@ class Scene:
 
     seed: int
     index: int
+    split: str
     camera: StereoCamera
     cam_from_table: np.ndarray
     objects: tuple[PlacedObject, ...]
@@ -129,14 +130,14 @@ def _points_on_table(placed: PlacedObject) -> np.ndarray:
     return placed.shape.mesh.vertices_m[::3] @ pose[:3, :3].T + pose[:3, 3]
 
 
-def _place_objects(rng, families, count, fixed_family):
+def _place_objects(rng, families, count, fixed_family, split):
     placed: list[PlacedObject] = []
     footprints: list[np.ndarray] = []
     spread = 0.0 if count == 1 else 0.07 + 0.035 * count
     for i in range(count):
         family = fixed_family if i == 0 else str(rng.choice(families))
-        shape = make_object(family, int(rng.integers(SEED_LIMIT)))
-        texture_seed, gloss = int(rng.integers(SEED_LIMIT)), float(rng.uniform(0.0, 0.6) ** 1.5)
+        shape = make_object(family, draw_seed(rng, split))
+        texture_seed, gloss = draw_seed(rng, split), float(rng.uniform(0.0, 0.6) ** 1.5)
         for _ in range(60):
             at = rng.uniform(-spread, spread, 2)
             candidate = PlacedObject(len(placed) + 1, shape, texture_seed, _place(shape, rng, at), gloss)
@@ -190,15 +191,18 @@ def _look_at(rng, objects, camera):
     return cam_from_table
 
 
-def draw_scene(seed: int, index: int, *, families, objects=(1, 1), image_size=(640, 480)) -> Scene:
+def draw_scene(
+    seed: int, index: int, *, families, objects=(1, 1), image_size=(640, 480), split="train"
+) -> Scene:
     """Draw scene number `index` of the data set `seed`. It depends on nothing else.
 
     Args:
         families: names of families; the first object's family goes round them, the others are drawn.
         objects: (fewest, most) objects.
         image_size: (width, height) px.
+        split: one of splits.SPLITS; two splits share no shape, no texture and no other draw.
     """
-    rng = np.random.default_rng(np.random.SeedSequence([seed, index]))
+    rng = np.random.default_rng(np.random.SeedSequence([seed, index, split_number(split)]))
     width, height = image_size
     scale = width / 640
     camera = StereoCamera(
@@ -210,7 +214,7 @@ def draw_scene(seed: int, index: int, *, families, objects=(1, 1), image_size=(6
     count = int(rng.integers(objects[0], objects[1] + 1))
     cam_from_table = None
     while cam_from_table is None:
-        placed = _place_objects(rng, families, count, families[index % len(families)])
+        placed = _place_objects(rng, families, count, families[index % len(families)], split)
         for _ in range(40):
             cam_from_table = _look_at(rng, placed, camera)
             if cam_from_table is not None:
@@ -226,15 +230,16 @@ def draw_scene(seed: int, index: int, *, families, objects=(1, 1), image_size=(6
     return Scene(
         seed=seed,
         index=index,
+        split=split,
         camera=camera,
         cam_from_table=cam_from_table,
         objects=placed,
         table_texture=str(rng.choice(TABLE_TEXTURES, p=[0.76, 0.14, 0.10])),
-        table_texture_seed=int(rng.integers(SEED_LIMIT)),
+        table_texture_seed=draw_seed(rng, split),
         table_texture_size_m=float(rng.uniform(0.5, 1.1)),
         table_half_size_m=(float(rng.uniform(0.35, 1.0)), float(rng.uniform(0.35, 1.0))),
         table_turn_rad=float(rng.uniform(0, 2 * np.pi)),
-        surface_seeds=(int(rng.integers(SEED_LIMIT)), int(rng.integers(SEED_LIMIT))),
+        surface_seeds=(draw_seed(rng, split), draw_seed(rng, split)),
         room_m=(float(rng.uniform(1.3, 3.2)), float(rng.uniform(0.5, 0.9))),
         lights=lights,
         ambient=float(rng.uniform(0.22, 0.42)),
