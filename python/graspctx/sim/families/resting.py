@@ -1,0 +1,120 @@
+"""How an object of any shape comes to rest: the faces of its convex hull that it does not tip over from."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .shape import RestingPose
+
+SAME_POSE_RAD = np.radians(5)
+"""Faces of the hull closer than this are one pose: a smooth cylinder does not lie in a hundred ways."""
+LEAST_SHARE = 0.003
+"""Poses that an object dropped at random ends in less often are left out."""
+
+
+def resting_poses(
+    vertices_m: np.ndarray, centre_of_mass_m: np.ndarray, up=(0.0, 0.0, 1.0)
+) -> tuple[RestingPose, ...]:
+    """The ways an object rests on a table by its own weight.
+
+    The object falls without speed on the face of its convex hull that is under its middle, and tips over edges
+    until the centre of mass is over the face; a pose's weight is the share of the orientations that end in it.
+    Its name says where the object's upside goes: "standing" (up, within 15 degrees), "upside_down" or "lying".
+
+    Args:
+        vertices_m: (V, 3) object frame.
+        centre_of_mass_m: (3,) inside the hull.
+        up: (3,) direction that points up when the object stands.
+
+    Returns:
+        Poses, the most frequent first; weights sum to 1.
+
+    Raises:
+        ValueError: the vertices lie in a plane.
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    points = np.asarray(vertices_m, float) - centre_of_mass_m
+    try:
+        hull = ConvexHull(points)
+    except QhullError as error:
+        raise ValueError("the vertices lie in a plane; expected a body") from error
+    normals, offsets = hull.equations[:, :3], hull.equations[:, 3]
+    # Coplanar triangles are one face. Their order is Qhull's: number the faces by first occurrence.
+    _, first, face_of = np.unique(np.round(hull.equations, 6), axis=0, return_index=True, return_inverse=True)
+    face_of = face_of.reshape(-1)
+    share = np.zeros(len(first))
+    np.add.at(share, face_of, _solid_angles(points[hull.simplices]))
+    normals, offsets = normals[first], offsets[first]
+    # A face whose plane is nearer to the centre of mass is lower energy: tipping only ever goes down.
+    next_face = _tips_over_to(points, hull, face_of, normals, offsets)
+    for face in np.argsort(offsets):  # offset = -distance: the farthest first
+        if next_face[face] != face:
+            share[next_face[face]] += share[face]
+            share[face] = 0
+    return _poses(normals, share / share.sum(), np.asarray(up, float))
+
+
+def _solid_angles(triangles):
+    """(T,) solid angles of (T, 3, 3) triangles seen from the origin (Van Oosterom and Strackee)."""
+    a, b, c = triangles.swapaxes(0, 1)
+    la, lb, lc = (np.linalg.norm(p, axis=1) for p in (a, b, c))
+    volume = np.abs((a * np.cross(b, c)).sum(1))
+    below = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
+    return 2 * np.abs(np.arctan2(volume, below))
+
+
+def _tips_over_to(points, hull, face_of, normals, offsets):
+    """For each face the neighbour it tips over to, or itself if the centre of mass is over it."""
+    target = np.arange(len(normals))
+    worst = np.zeros(len(normals))
+    for simplex, neighbours in enumerate(hull.neighbors):
+        face = face_of[simplex]
+        foot = -offsets[face] * normals[face]
+        for corner, neighbour in enumerate(neighbours):
+            other = face_of[neighbour]
+            if other == face:
+                continue
+            a, b = points[np.delete(hull.simplices[simplex], corner)]
+            outward = np.cross(b - a, normals[face])
+            outward /= np.linalg.norm(outward)
+            if outward @ (points[hull.simplices[simplex][corner]] - a) > 0:
+                outward = -outward
+            beyond = outward @ (foot - a)
+            if beyond > worst[face] and offsets[other] > offsets[face]:
+                worst[face], target[face] = beyond, other
+    return target
+
+
+def _poses(normals, share, up):
+    """Join faces that are nearly one direction, name them, and turn each downwards."""
+    groups: list[list] = []  # [direction of the most frequent face, share]
+    for face in np.argsort(-share, kind="stable"):
+        if share[face] <= 0:
+            break
+        for group in groups:
+            if group[0] @ normals[face] > np.cos(SAME_POSE_RAD):
+                group[1] += share[face]
+                break
+        else:
+            groups.append([normals[face], share[face]])
+    kept = [group for group in groups if group[1] >= LEAST_SHARE]
+    total = sum(weight for _, weight in kept)
+    poses = []
+    for down, weight in sorted(kept, key=lambda group: -group[1]):
+        rise = -down @ up / np.linalg.norm(up)
+        name = "standing" if rise > np.cos(np.radians(15)) else "lying"
+        name = "upside_down" if rise < -np.cos(np.radians(15)) else name
+        poses.append(RestingPose(name, float(weight / total), rotation_downwards(down)))
+    return tuple(poses)
+
+
+def rotation_downwards(direction: np.ndarray) -> np.ndarray:
+    """(3, 3) rotation that takes a direction (3,) to -z, by the shortest way."""
+    down = np.asarray(direction, float) / np.linalg.norm(direction)
+    cosine = -down[2]
+    if cosine < -1 + 1e-12:
+        return np.diag([1.0, -1.0, -1.0])
+    axis = np.cross(down, [0.0, 0.0, -1.0])
+    cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    return np.eye(3) + cross + cross @ cross / (1 + cosine)
