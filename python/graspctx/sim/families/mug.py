@@ -5,6 +5,7 @@ import numpy as np
 from ..mesh import join, lathe, tube
 from .profile import along, rotation_to_side
 from .shape import ObjectShape, RestingPose
+from .solids import lathe_solids, tube_solids
 
 
 def _handle(rng, outer_radius_m, wall_m, height_m, foot_m):
@@ -156,4 +157,5 @@ def make_mug(shape_seed: int) -> ObjectShape:
         ),
         region_name="handle",
         plain_share=0.3,
+        solids_m=lathe_solids(*profile.T, sides=80, turn_rad=np.pi / 80) + tube_solids(rings),
     )

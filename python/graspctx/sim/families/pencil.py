@@ -5,6 +5,7 @@ import numpy as np
 from ..mesh import lathe
 from .profile import rotation_to_side
 from .shape import ObjectShape, RestingPose
+from .solids import lathe_solids
 
 PENCIL_REGION = 0.4
 """The grasp region of a pencil: this share of its length, in the middle."""
@@ -68,4 +69,5 @@ def make_pencil(shape_seed: int) -> ObjectShape:
         resting_poses=(RestingPose("lying", 1.0, rotation_to_side(0.0, turn)),),
         region_name="middle",
         plain_share=0.5,
+        solids_m=lathe_solids(*profile.T, sides=sides, turn_rad=np.pi / sides),
     )

@@ -12,7 +12,7 @@ class RestingPose:
     """One way to lie on a table.
 
     Attributes:
-        name: "standing" or "lying".
+        name: "standing", "lying" or "upside down".
         weight: how often it is drawn, relative to the object's other poses.
         table_from_object: (3, 3) rotation; the table's z points up. The object also rests when it is turned
             about z or moved along the table.

@@ -5,6 +5,7 @@ import numpy as np
 from ..mesh import lathe
 from .profile import along
 from .shape import ObjectShape, RestingPose
+from .solids import lathe_solids
 
 
 def make_wineglass(shape_seed: int) -> ObjectShape:
@@ -107,4 +108,5 @@ def make_wineglass(shape_seed: int) -> ObjectShape:
         resting_poses=(RestingPose("standing", 1.0, np.eye(3)),),
         region_name="stem",
         plain_share=0.4,
+        solids_m=lathe_solids(*profile.T, sides=72),
     )
