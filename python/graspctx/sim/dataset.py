@@ -9,14 +9,11 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-from PIL import Image
-
 from .families import FAMILIES
-from .render import Renderer, View, choose_gl
-from .scene import Scene, draw_scene
+from .render import Renderer, choose_gl
+from .scene import draw_scene
+from .scene_files import encode_json, encode_scene
 
-DEPTH_UNIT_M = 1e-4
 LOOKS = 3
 """Counts the changes after which the same seed gives other pictures."""
 
@@ -75,7 +72,7 @@ def make_dataset(
     }
     done = _scenes_done(out, header)
     out.mkdir(parents=True, exist_ok=True)
-    _write_bytes(out / "dataset.json", _json(header))
+    (out / "dataset.json").write_bytes(encode_json(header))
     jobs = []
     for index in range(scenes):
         if index in done:
@@ -154,92 +151,6 @@ def _make_scene(renderer: Renderer, out, seed, index, families, objects, image_s
     if partial.exists():
         shutil.rmtree(partial)
     partial.mkdir()
-    write_scene(partial, scene, left, right)
+    for name, content in encode_scene(scene, left, right).items():
+        (partial / name).write_bytes(content)
     partial.rename(folder)
-
-
-def write_scene(folder: Path, scene: Scene, left: View, right: View) -> None:
-    """Write the files of one scene into an existing folder."""
-    for name, view in (("left", left), ("right", right)):
-        _write_png(folder / f"{name}.png", view.colour)
-        _write_png(folder / f"{name}_mask.png", view.instances)
-        _write_png(folder / f"{name}_label.png", view.region.astype(np.uint8) * 255)
-    depth = np.round(left.depth_m / DEPTH_UNIT_M)
-    _write_png(folder / "left_depth.png", np.where(depth <= 65535, depth, 0).astype(np.uint16))
-    _write_bytes(folder / "calib.txt", calibration_text(scene, left.depth_m.min()).encode())
-    _write_bytes(folder / "scene.json", _json(_describe(scene, left, right)))
-
-
-def calibration_text(scene: Scene, nearest_m: float) -> str:
-    """Middlebury's calib.txt: pixels, and the baseline in millimetres."""
-    camera = scene.camera
-    focal, (cx, cy) = camera.focal_px, camera.centre_px
-    matrix = f"[{focal:g} 0 {cx:g}; 0 {focal:g} {cy:g}; 0 0 1]"
-    largest = focal * camera.baseline_m / nearest_m
-    lines = {
-        "cam0": matrix,
-        "cam1": matrix,
-        "doffs": "0",
-        "baseline": f"{camera.baseline_m * 1000:g}",
-        "width": f"{camera.image_size[0]}",
-        "height": f"{camera.image_size[1]}",
-        "ndisp": f"{16 * int(np.ceil((largest + 1) / 16))}",
-    }
-    return "".join(f"{key}={value}\n" for key, value in lines.items())
-
-
-def _describe(scene: Scene, left: View, right: View) -> dict:
-    camera = scene.camera
-    normal, offset_m = scene.table_plane
-    objects = []
-    for placed in scene.objects:
-        seen = {name: view.instances == placed.id for name, view in (("left", left), ("right", right))}
-        labelled = {"left": left.region & seen["left"], "right": right.region & seen["right"]}
-        objects.append(
-            {
-                "id": placed.id,
-                "family": placed.shape.family,
-                "shape_seed": placed.shape.shape_seed,
-                "texture_seed": placed.texture_seed,
-                "dimensions_m": {
-                    name: round(float(value), 6) for name, value in placed.shape.dimensions_m.items()
-                },
-                "cam_from_object": _rounded(scene.cam_from_table @ placed.table_from_object),
-                "visible_px": {name: int(mask.sum()) for name, mask in seen.items()},
-                "label_px": {name: int(mask.sum()) for name, mask in labelled.items()},
-            }
-        )
-    return {
-        "schema": 1,
-        "seed": scene.seed,
-        "index": scene.index,
-        "split": scene.split,
-        "image_size": list(camera.image_size),
-        "camera": {
-            "focal_px": camera.focal_px,
-            "centre_px": list(camera.centre_px),
-            "baseline_m": camera.baseline_m,
-            "doffs_px": 0.0,
-        },
-        "cam_from_table": _rounded(scene.cam_from_table),
-        "table_plane": {"normal": _rounded(normal), "offset_m": _rounded(offset_m)},
-        "table_texture": scene.table_texture,
-        "objects": objects,
-    }
-
-
-def _rounded(values):
-    """Nested lists with 9 decimals, without negative zeros."""
-    return (np.round(np.asarray(values, float), 9) + 0.0).tolist()
-
-
-def _json(content: dict) -> bytes:
-    return (json.dumps(content, indent=1) + "\n").encode()
-
-
-def _write_png(path: Path, pixels: np.ndarray) -> None:
-    Image.fromarray(np.ascontiguousarray(pixels)).save(path, compress_level=1)
-
-
-def _write_bytes(path: Path, content: bytes) -> None:
-    path.write_bytes(content)
