@@ -1,4 +1,4 @@
-"""Command line: `python -m graspctx.sim make OUT --scenes N --seed S`."""
+"""Command line: `python -m graspctx.sim make OUT --scenes N --seed S`, and what one asks of a data set."""
 
 from __future__ import annotations
 
@@ -14,11 +14,21 @@ from .splits import SPLITS
 EXAMPLES = """examples:
   python -m graspctx.sim make data/mugs --scenes 200 --seed 1 --families mug --workers 4
   python -m graspctx.sim make data/clutter --scenes 50 --seed 2 --objects 3-5 --sheet clutter.png
+  python -m graspctx.sim make data/test --scenes 300 --seed 1 --split test
 
-The same options give the same files, byte for byte, with any number of workers. Scenes that stand in OUT
-already are kept: run again to go on after an interruption, or with a larger N.
+on a Dask cluster (pip install 'graspctx[sim,dask]'; its scheduler runs what its clients send, so keep it in a
+network that you trust):
+  dask scheduler --host 127.0.0.1 &
+  dask worker 127.0.0.1:8786 --nworkers 2 --nthreads 1 &
+  python -m graspctx.sim make data/mugs --scenes 200 --seed 1 --scheduler 127.0.0.1:8786
+A worker process renders one scene at a time. Workers send the files back to this process, which writes them:
+they need no shared folder.
 
-exit codes: 0 done, 1 internal error, 2 wrong usage, 3 OUT cannot be used
+The same options give the same files, byte for byte, with any number of workers, here or on a cluster of the
+same kind of machines. Scenes that stand in OUT already are kept: run the same command again to go on after an
+interruption, or with a larger N. OUT gets a data card as well, README.md; stdout gets the checksums.
+
+exit codes: 0 done, 1 internal error, 2 wrong usage, 3 OUT, PNG or ADDRESS cannot be used, 130 interrupted
 """
 
 
@@ -71,6 +81,12 @@ def build_parser() -> argparse.ArgumentParser:
         prog="python -m graspctx.sim", description="Rendered scenes with known truth."
     )
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    _add_make(commands)
+    _add_readers(commands)
+    return parser
+
+
+def _add_make(commands):
     make = commands.add_parser(
         "make",
         help="render a data set of stereo pairs, masks, grasp-region labels and depth",
@@ -106,33 +122,67 @@ def build_parser() -> argparse.ArgumentParser:
         default="train",
         help="draw shapes and textures of this split; sets of two splits share none (default: train)",
     )
-    make.add_argument("--workers", metavar="W", type=_at_least(1), default=1, help="processes (default: 1)")
-    make.add_argument(
-        "--sheet", metavar="PNG", type=Path, help="also write a contact sheet of the first scenes"
+    where = make.add_mutually_exclusive_group()
+    where.add_argument("--workers", metavar="W", type=_at_least(1), default=1, help="processes (default: 1)")
+    where.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="render on the workers of this Dask scheduler, such as 10.0.0.1:8786, instead of here",
     )
-    return parser
+    make.add_argument("--sheet", metavar="PNG", type=Path, help="also write a contact sheet")
+    make.set_defaults(run=_make, needs=("mujoco", "PIL", "tqdm"))
+
+
+def _add_readers(commands):
+    def add(name, needs, run, text):
+        command = commands.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
+        command.set_defaults(run=run, needs=needs)
+        return command
+
+    sheet = add("sheet", ("PIL",), _sheet, "write a contact sheet of a data set")
+    sheet.add_argument("dataset", metavar="DATASET", type=Path)
+    sheet.add_argument("png", metavar="PNG", type=Path)
+    card = add("card", (), _card, "count what a data set holds and write DATASET/README.md")
+    card.add_argument("dataset", metavar="DATASET", type=Path)
+    checksum = add("checksum", (), _checksum, "print the SHA-256 of a data set's files and of what was drawn")
+    checksum.add_argument("dataset", metavar="DATASET", type=Path)
+    disjoint = add(
+        "disjoint", (), _disjoint, "print the shapes and textures that two data sets share; exit 3 if any"
+    )
+    disjoint.add_argument("first", metavar="A", type=Path)
+    disjoint.add_argument("second", metavar="B", type=Path)
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
     options = build_parser().parse_args(arguments)
-    missing = [name for name in ("mujoco", "PIL", "tqdm") if importlib.util.find_spec(name) is None]
+    missing = [name for name in options.needs if importlib.util.find_spec(name) is None]
     if missing:
         print(f"graspctx.sim: {', '.join(missing)} missing: pip install 'graspctx[sim]'", file=sys.stderr)
         return 1
-    return _make(options)
+    from .stored import DatasetError
+
+    try:
+        return options.run(options)
+    except DatasetError as error:
+        print(f"graspctx.sim: {error}", file=sys.stderr)
+        return 3
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        print(f"graspctx.sim: {where}{error.strerror or error}", file=sys.stderr)
+        return 3
 
 
 def _make(options) -> int:
-    from tqdm import tqdm
+    from .card import write_card
+    from .dataset import make_dataset
+    from .workers import WorkerError
 
-    from .dataset import DatasetError, make_dataset
-    from .sheet import write_sheet
-
-    start = time.perf_counter()
-    bar = tqdm(total=options.scenes, unit="scene", file=sys.stderr, disable=not sys.stderr.isatty())
+    if options.sheet:
+        _check_place(options.sheet)
+    progress = _Progress(options.scenes)
     try:
-        with bar:
+        with progress:
             make_dataset(
                 options.out,
                 options.scenes,
@@ -142,21 +192,125 @@ def _make(options) -> int:
                 image_size=options.resolution,
                 split=options.split,
                 workers=options.workers,
-                progress=bar.update,
+                scheduler=options.scheduler,
+                progress=progress,
             )
-        if options.sheet:
-            write_sheet(options.out, options.sheet)
-    except DatasetError as error:
-        print(f"graspctx.sim: {error}", file=sys.stderr)
+    except KeyboardInterrupt:
+        print(f"graspctx.sim: interrupted: {progress.state(options.out)}", file=sys.stderr)
+        return 130
+    except WorkerError as error:
+        state = f": {progress.state(options.out)}" if progress.finished else ""
+        print(f"graspctx.sim: {error}{state}", file=sys.stderr)
         return 3
-    except OSError as error:
-        print(f"graspctx.sim: {error.filename or options.out}: {error.strerror or error}", file=sys.stderr)
+    print(progress.summary(), file=sys.stderr)
+    write_card(options.out)
+    if options.sheet:
+        from .sheet import write_sheet
+
+        write_sheet(options.out, options.sheet)
+    options.dataset = options.out
+    return _checksum(options)
+
+
+class _Progress:
+    """A bar where stderr is a terminal; elsewhere a line every half minute."""
+
+    LINE_SECONDS = 30
+
+    def __init__(self, total):
+        from tqdm import tqdm
+
+        self.finished, self.kept, self.total = 0, 0, total
+        self._bar = tqdm(total=total, unit="scene", file=sys.stderr, disable=not sys.stderr.isatty())
+        self._start = self._last_line = time.perf_counter()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._bar.close()
+
+    def __call__(self, finished, kept):
+        if finished == kept:  # the start: scenes that stood there took no time
+            self._start = self._last_line = time.perf_counter()
+            self._bar.initial = kept
+            self._bar.reset()
+        self.finished, self.kept = finished, kept
+        self._bar.update(finished - self._bar.n)
+        now = time.perf_counter()
+        if self._bar.disable and now - self._last_line > self.LINE_SECONDS:
+            self._last_line = now
+            seconds_left = (self.total - finished) * (now - self._start) / (finished - kept)
+            print(
+                f"{finished} of {self.total} scenes, {self._per_second():.1f} scenes/s, "
+                f"{seconds_left / 60:.0f} min left",
+                file=sys.stderr,
+                flush=True,
+            )
+
+    def _per_second(self):
+        return (self.finished - self.kept) / max(time.perf_counter() - self._start, 1e-9)
+
+    def summary(self):
+        if self.finished == self.kept:
+            return f"all {self.total} scenes stood there already"
+        before = f" ({self.kept} stood there already)" if self.kept else ""
+        seconds = time.perf_counter() - self._start
+        return (
+            f"{self.finished - self.kept} scenes in {seconds:.1f} s "
+            f"({self._per_second():.1f} scenes/s){before}"
+        )
+
+    def state(self, out):
+        return f"{self.finished} of {self.total} scenes stand in {out}; run the same command again to go on"
+
+
+def _check_place(file):
+    """Refuse a place for a file before the work is done that it is to hold."""
+    from .stored import DatasetError
+
+    if not file.parent.is_dir() or file.is_dir():
+        raise DatasetError(f"{file}: cannot be written; expected a file name in a folder that exists")
+
+
+def _sheet(options) -> int:
+    from .sheet import write_sheet
+
+    write_sheet(options.dataset, options.png)
+    return 0
+
+
+def _card(options) -> int:
+    from .card import write_card
+
+    print(write_card(options.dataset))
+    return 0
+
+
+def _checksum(options) -> int:
+    from .checksum import files_checksum, scenes_checksum
+
+    print(f"files   {files_checksum(options.dataset)}")
+    print(f"scenes  {scenes_checksum(options.dataset)}")
+    return 0
+
+
+def _disjoint(options) -> int:
+    from .splits import shared_seeds
+    from .stored import read_scenes
+
+    shared = shared_seeds(read_scenes(options.first), read_scenes(options.second))
+    for family, seed in shared["shapes"]:
+        print(f"shape    {family} {seed}")
+    for seed in shared["textures"]:
+        print(f"texture  {seed}")
+    if any(shared.values()):
+        print(
+            f"graspctx.sim: {options.first} and {options.second}: share {len(shared['shapes'])} shapes and "
+            f"{len(shared['textures'])} textures; expected none",
+            file=sys.stderr,
+        )
         return 3
-    seconds = time.perf_counter() - start
-    print(
-        f"{options.scenes} scenes in {seconds:.1f} s ({options.scenes / seconds:.1f} scenes/s)",
-        file=sys.stderr,
-    )
     return 0
 
 

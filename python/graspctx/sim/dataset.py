@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
+import importlib.metadata
 import json
-import multiprocessing
 import os
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
 
 from .families import FAMILIES
-from .render import Renderer, choose_gl
-from .scene import draw_scene
-from .scene_files import encode_json, encode_scene
-
-LOOKS = 3
-"""Counts the changes after which the same seed gives other pictures."""
-
-
-class DatasetError(Exception):
-    """The output folder cannot take the data set; the message names it and says why."""
+from .scene_files import LOOKS, encode_json
+from .splits import split_number
+from .stored import DatasetError
+from .workers import scene_renderer
 
 
 def scene_folder(index: int) -> str:
@@ -37,80 +33,79 @@ def make_dataset(
     image_size: tuple[int, int] = (640, 480),
     split: str = "train",
     workers: int = 1,
-    progress: Callable[[], None] | None = None,
+    scheduler: str | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> None:
-    """Render scenes into a folder. The same arguments give the same bytes, with any number of workers.
+    """Render scenes into a folder. The same arguments give the same bytes, wherever the scenes are rendered.
 
     Scenes that stand in `out` already are kept: an interrupted run can be taken up again, a set made larger.
+    Only whole scenes ever stand there, also after the process was killed.
 
     Args:
         out: folder to write; made if missing.
         scenes: number of scenes.
-        seed: scene i depends on (seed, i) alone.
+        seed: scene i depends on (seed, i) and on the options down to `split` alone.
         families: names of object families; None for all.
         objects: (fewest, most) objects in a scene.
         image_size: (width, height) px.
         split: "train", "validation" or "test"; two splits share no shape and no texture.
-        workers: processes.
-        progress: called after each scene.
+        workers: processes; 1 renders in this one.
+        scheduler: address of a Dask scheduler, such as "tcp://10.0.0.1:8786": its workers render instead.
+        progress: called at the start and after each scene with the number of scenes that stand in `out`, and
+            how many of them stood there before.
 
     Raises:
-        DatasetError: `out` holds something else.
+        DatasetError: `out` holds something else, or another process is writing to it.
+        WorkerError: the cluster cannot be used, or a worker died.
     """
     out = Path(out)
-    families = list(families or FAMILIES)
-    header = {
-        "format": "graspctx-dataset",
-        "version": 1,
+    split_number(split)
+    drawn_from = {
         "seed": seed,
-        "families": families,
-        "scenes": scenes,
+        "families": list(families or FAMILIES),
         "objects": list(objects),
         "image_size": list(image_size),
         "split": split,
-        "looks": LOOKS,
     }
-    done = _scenes_done(out, header)
-    out.mkdir(parents=True, exist_ok=True)
-    (out / "dataset.json").write_bytes(encode_json(header))
-    jobs = []
-    for index in range(scenes):
-        if index in done:
+    header = {
+        "format": "graspctx-dataset",
+        "version": 1,
+        "scenes": scenes,
+        **drawn_from,
+        "looks": LOOKS,
+        "mujoco": importlib.metadata.version("mujoco"),
+    }
+    _check_output(out, header)
+    # Workers first: nothing is written when there are none.
+    needed = len(_scenes_done(out)) < scenes
+    with scene_renderer(min(workers, scenes), scheduler) if needed else contextlib.nullcontext() as render:
+        out.mkdir(parents=True, exist_ok=True)
+        with _alone(out):
+            kept = _take_up(out, header)
             if progress:
-                progress()
-        else:
-            jobs.append((str(out), seed, index, families, objects, image_size, split))
-    if workers <= 1 or len(jobs) <= 1:
-        with Renderer() as renderer:
-            for job in jobs:
-                _make_scene(renderer, *job)
+                progress(len(kept), len(kept))
+            missing = [index for index in range(scenes) if index not in kept]
+            rendered = render(drawn_from, missing) if missing else iter(())
+            for finished, (index, files) in enumerate(rendered, len(kept) + 1):
+                _write_scene(out, index, files)
                 if progress:
-                    progress()
-        return
-    choose_gl()
-    os.environ.setdefault("LP_NUM_THREADS", "1")  # Mesa would start threads for every core in every worker
-    with multiprocessing.get_context("spawn").Pool(min(workers, len(jobs)), _start_worker) as pool:
-        for _ in pool.imap_unordered(_work, jobs, chunksize=max(1, min(8, len(jobs) // (4 * workers)))):
-            if progress:
-                progress()
+                    progress(finished, len(kept))
 
 
-_worker_renderer: Renderer | None = None
+def _take_up(out: Path, header: dict) -> set[int]:
+    """Write the header, remove what an earlier run left unfinished; the scenes that it finished."""
+    for partial in out.glob("scene_*.partial"):
+        shutil.rmtree(partial)
+    partial = out / "dataset.json.partial"
+    partial.write_bytes(encode_json(header))
+    partial.replace(out / "dataset.json")
+    return _scenes_done(out)
 
 
-def _start_worker():
-    global _worker_renderer
-    _worker_renderer = Renderer()
-
-
-def _work(job):
-    _make_scene(_worker_renderer, *job)
-
-
-def _scenes_done(out: Path, header: dict) -> set[int]:
-    """Indices of the scenes that stand in `out`; DatasetError if they are not a part of what is asked for."""
+def _check_output(out: Path, header: dict) -> None:
+    """DatasetError if what stands in `out` is not a part of what is asked for."""
     if not out.exists():
-        return set()
+        return
     if not out.is_dir():
         raise DatasetError(f"{out}: is a file; expected a folder to write the data set to")
     file = out / "dataset.json"
@@ -119,9 +114,9 @@ def _scenes_done(out: Path, header: dict) -> set[int]:
             raise DatasetError(
                 f"{out}: holds files but no dataset.json; expected a new or empty folder, or a data set"
             )
-        return set()
+        return
     try:
-        before = json.loads(file.read_text())
+        before = json.loads(file.read_bytes())
         other = [key for key in header if key != "scenes" and before.get(key) != header[key]]
     except (ValueError, AttributeError) as error:
         raise DatasetError(f"{file}: not a data set header ({error}); expected JSON") from error
@@ -130,27 +125,46 @@ def _scenes_done(out: Path, header: dict) -> set[int]:
         raise DatasetError(
             f"{file}: made with other options: {key} {before.get(key)}; expected {header[key]}"
         )
-    done = set()
-    for folder in out.glob("scene_" + 6 * "[0-9]" + "*"):
-        if folder.name.endswith(".partial"):
-            shutil.rmtree(folder)
-        elif (folder / "scene.json").exists():
-            done.add(int(folder.name.removeprefix("scene_")))
-    if done and max(done) >= header["scenes"]:
-        raise DatasetError(
-            f"{out}: holds scene {max(done)} already; expected at most {header['scenes']} scenes"
-        )
-    return done
+    last = max(_scenes_done(out), default=-1)
+    if last >= header["scenes"]:
+        raise DatasetError(f"{out}: holds scene {last} already; expected at most {header['scenes']} scenes")
 
 
-def _make_scene(renderer: Renderer, out, seed, index, families, objects, image_size, split):
-    scene = draw_scene(seed, index, families=families, objects=objects, image_size=image_size, split=split)
-    left, right = renderer.render(scene)
-    folder = Path(out) / scene_folder(index)
+def _scenes_done(out: Path) -> set[int]:
+    """Indices of the scenes that stand in `out`."""
+    names = (file.parent.name for file in out.glob("scene_*/scene.json"))
+    return {int(name.removeprefix("scene_")) for name in names if re.fullmatch(r"scene_\d{6,}", name)}
+
+
+@contextlib.contextmanager
+def _alone(out: Path):
+    """Hold the folder: two processes that write to it would delete each other's unfinished scenes."""
+    try:
+        import fcntl
+    except ImportError:  # not on Windows
+        yield
+        return
+    handle = os.open(out, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise DatasetError(f"{out}: another process is writing to it; expected it alone") from error
+        except OSError:
+            pass  # a file system without locks
+        yield
+    finally:
+        os.close(handle)
+
+
+def _write_scene(out: Path, index: int, files: dict[str, bytes]) -> None:
+    folder = out / scene_folder(index)
     partial = folder.with_name(folder.name + ".partial")
-    if partial.exists():
-        shutil.rmtree(partial)
     partial.mkdir()
-    for name, content in encode_scene(scene, left, right).items():
-        (partial / name).write_bytes(content)
+    try:
+        for name, content in files.items():
+            (partial / name).write_bytes(content)
+    except OSError:  # the disk is full
+        shutil.rmtree(partial, ignore_errors=True)
+        raise
     partial.rename(folder)

@@ -13,6 +13,8 @@ from .scene import Scene
 from .scene_json import describe_scene
 
 DEPTH_UNIT_M = 1e-4
+LOOKS = 3
+"""Counts the changes after which the same seed gives other pictures."""
 
 
 def encode_scene(scene: Scene, left: View, right: View) -> dict[str, bytes]:

@@ -1,12 +1,24 @@
-"""A contact sheet of a data set: each left image beside its mask outlines and labels."""
+"""A contact sheet of a data set: whole pictures beside labelled close-ups, family by family."""
 
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageDraw, ImageFont
+
+from .stored import DatasetError, read_scene, scene_folders
 
 OUTLINE = np.array([255, 255, 0], np.uint8)
 LABEL = np.array([255, 0, 60], np.uint8)
+_PAPER, _INK, _HEADING = (250, 250, 250), (20, 20, 20), (225, 232, 240)
+_COLUMNS = 3
+_TILES = 24
+"""About as many scenes are shown, and at least one row of every family."""
+_PICTURE_WIDTH, _GAP = 320, 6
+_CAPTION_HEIGHT, _HEADING_HEIGHT = 20, 30
 
 
 def overlay(colour: np.ndarray, instances: np.ndarray, label: np.ndarray) -> np.ndarray:
@@ -26,20 +38,125 @@ def overlay(colour: np.ndarray, instances: np.ndarray, label: np.ndarray) -> np.
     return picture
 
 
-def write_sheet(
-    dataset: Path, file: Path, *, most: int = 24, columns: int = 3, tile_width: int = 320
-) -> None:
-    """Write a picture of the first `most` scenes of a data set."""
-    folders = sorted(path.parent for path in Path(dataset).glob("*/scene.json"))[:most]
-    tiles = []
-    for folder in folders:
-        colour, instances, label = (
-            np.asarray(Image.open(folder / f"left{name}.png")) for name in ("", "_mask", "_label")
-        )
-        pair = Image.fromarray(np.hstack([colour, overlay(colour, instances, label)]))
-        size = (2 * tile_width, round(tile_width * colour.shape[0] / colour.shape[1]))
-        tiles.append(np.asarray(pair.resize(size, Image.Resampling.BOX)))
-    while len(tiles) % columns:
-        tiles.append(np.zeros_like(tiles[0]))
-    rows = [np.hstack(tiles[start : start + columns]) for start in range(0, len(tiles), columns)]
-    Image.fromarray(np.vstack(rows)).save(file)
+def write_sheet(dataset: str | os.PathLike, file: str | os.PathLike) -> None:
+    """Write a picture in which every family of a data set has its rows of scenes.
+
+    Raises:
+        DatasetError: there is no data set, or a picture of it cannot be read.
+    """
+    scenes = [(folder, read_scene(folder)) for folder in scene_folders(dataset)]
+    rows = []
+    for family, chosen in choose_scenes(scenes).items():
+        holding = sum(family in _families(info) for _, info in scenes)
+        rows.append(_heading(f"{family}: in {holding} of {len(scenes)} scenes"))
+        tiles = [_tile(folder, info, family) for folder, info in chosen]
+        height = max(tile.height for tile in tiles)
+        for start in range(0, len(tiles), _COLUMNS):
+            row = Image.new("RGB", (_sheet_width(), height + _GAP), _PAPER)
+            for column, tile in enumerate(tiles[start : start + _COLUMNS]):
+                row.paste(tile, (_GAP + column * (tile.width + _GAP), 0))
+            rows.append(row)
+    sheet = Image.new("RGB", (_sheet_width(), sum(row.height for row in rows)), _PAPER)
+    top = 0
+    for row in rows:
+        sheet.paste(row, (0, top))
+        top += row.height
+    file = Path(file)
+    partial = file.with_name(file.name + ".partial")
+    sheet.save(partial, "png")
+    partial.replace(file)
+
+
+def choose_scenes(scenes: Sequence[tuple[Path, dict]]) -> dict[str, list[tuple[Path, dict]]]:
+    """The scenes that stand for each family, by name: whole rows, as many for each, spread over the set.
+
+    A scene of several families stands for the one that has fewest scenes.
+    """
+    holding = {}
+    for scene in scenes:
+        for family in _families(scene[1]):
+            holding.setdefault(family, []).append(scene)
+    rows = max(1, _TILES // _COLUMNS // len(holding))
+    chosen, used = {}, set()
+    for family in sorted(holding, key=lambda name: (len(holding[name]), name)):
+        fresh = [scene for scene in holding[family] if scene[0] not in used] or holding[family]
+        picks = np.unique(np.linspace(0, len(fresh) - 1, min(len(fresh), rows * _COLUMNS)).astype(int))
+        chosen[family] = [fresh[pick] for pick in picks]
+        used.update(folder for folder, _ in chosen[family])
+    return dict(sorted(chosen.items()))
+
+
+def _families(info):
+    """Families in a scene; one that holds no object stands for itself."""
+    return list(dict.fromkeys(entry["family"] for entry in info["objects"])) or ["(no object)"]
+
+
+def _sheet_width():
+    return _COLUMNS * (2 * _PICTURE_WIDTH + _GAP) + _GAP
+
+
+def _heading(text):
+    heading = Image.new("RGB", (_sheet_width(), _HEADING_HEIGHT + _GAP), _PAPER)
+    draw = ImageDraw.Draw(heading)
+    draw.rectangle((0, 0, heading.width, _HEADING_HEIGHT), _HEADING)
+    draw.text((_GAP, 4), text, _INK, ImageFont.load_default(20))
+    return heading
+
+
+def _tile(folder, info, family):
+    """The left picture, beside it a labelled close-up of the objects of `family`, over them a caption."""
+    colour, instances, label = (_read(folder / f"left{name}.png") for name in ("", "_mask", "_label"))
+    if colour.ndim != 3 or not colour.shape[:2] == instances.shape == label.shape:
+        raise DatasetError(f"{folder}: left.png, left_mask.png and left_label.png do not belong together")
+    height = round(_PICTURE_WIDTH * colour.shape[0] / colour.shape[1])
+    ids = [entry["id"] for entry in info["objects"] if entry["family"] == family]
+    box = _close_up(np.isin(instances, ids))
+    whole = Image.fromarray(colour).resize((_PICTURE_WIDTH, height), Image.Resampling.BOX)
+    labelled = Image.fromarray(overlay(colour, instances, label))
+    labelled = labelled.resize((_PICTURE_WIDTH, height), Image.Resampling.LANCZOS, box)
+    tile = Image.new("RGB", (2 * _PICTURE_WIDTH, _CAPTION_HEIGHT + height), _PAPER)
+    font = ImageFont.load_default(13)
+    text = _caption(folder, info)
+    while font.getlength(text) > tile.width:
+        text = text[: text.rfind(" ")]
+    ImageDraw.Draw(tile).text((0, 2), text, _INK, font)
+    tile.paste(whole, (0, _CAPTION_HEIGHT))
+    tile.paste(labelled, (_PICTURE_WIDTH, _CAPTION_HEIGHT))
+    return tile
+
+
+def _caption(folder, info):
+    """The scene's name and its named axes."""
+    axes = info.get("axes") or {"table": info.get("table_texture", "")}
+    words = [folder.name.removeprefix("scene_")]
+    for name, value in axes.items():
+        if value is True:
+            words.append(name.replace("_", " "))
+        elif isinstance(value, str):
+            words.append(f"{value} {name}" if value else name)
+        elif isinstance(value, (int, float)) and value is not False:
+            words.append(f"{name.replace('_', ' ')} {value:.3g}")
+    return "  ·  ".join(words)
+
+
+def _close_up(mask):
+    """(left, top, right, bottom) of the image's shape around the mask; the whole image if it is empty."""
+    height, width = mask.shape
+    v, u = np.nonzero(mask)
+    if len(v) == 0:
+        return 0, 0, width, height
+    # 15 % around it, and at least a sixth of the picture, so that a far pencil is not blown up to squares.
+    scale = max(1.3 * (np.ptp(u) + 1) / width, 1.3 * (np.ptp(v) + 1) / height, 1 / 6)
+    scale = min(scale, 1.0)
+    left = np.clip((u.min() + u.max() + 1 - scale * width) / 2, 0, (1 - scale) * width)
+    top = np.clip((v.min() + v.max() + 1 - scale * height) / 2, 0, (1 - scale) * height)
+    return left, top, left + scale * width, top + scale * height
+
+
+def _read(file):
+    try:
+        return np.asarray(Image.open(file))
+    except FileNotFoundError as error:
+        raise DatasetError(f"{file}: missing") from error
+    except (OSError, SyntaxError, Image.DecompressionBombError) as error:
+        raise DatasetError(f"{file}: not readable as PNG ({error})") from error

@@ -29,3 +29,21 @@ def draw_seed(rng, split: str) -> int:
     draws = SEED_LIMIT // _MODULUS * len(remainders)
     block, which = divmod(int(rng.integers(draws)), len(remainders))
     return block * _MODULUS + remainders[which]
+
+
+def shared_seeds(first: list[dict], second: list[dict]) -> dict[str, list]:
+    """What two lists of scene.json contents have in common: {"shapes": …, "textures": …}.
+
+    A shape is (family, seed); a texture is a seed, whatever it is on.
+    """
+
+    def shapes(scenes):
+        return {(entry["family"], entry.get("shape_seed")) for scene in scenes for entry in scene["objects"]}
+
+    def textures(scenes):
+        return {entry.get("texture_seed") for scene in scenes for entry in scene["objects"]} - {None}
+
+    return {
+        "shapes": sorted(shape for shape in shapes(first) & shapes(second) if shape[1] is not None),
+        "textures": sorted(textures(first) & textures(second)),
+    }
