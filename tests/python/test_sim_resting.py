@@ -45,7 +45,7 @@ def test_box_with_the_weight_outside_a_side_tips_over():
 def test_cylinder_with_many_sides_lies_in_few_poses_that_touch_the_table():
     angle = np.linspace(0, 2 * np.pi, 360, endpoint=False)
     ring = np.stack([0.03 * np.cos(angle), 0.03 * np.sin(angle), np.zeros(360)], axis=1)
-    points = np.concatenate([ring, ring + [0, 0, 0.1]])
+    points = np.concatenate([ring, ring + np.array([0, 0, 0.1])])
     poses = resting_poses(points, [0, 0, 0.05])
     names = [pose.name for pose in poses]
     assert names.count("standing") == names.count("upside_down") == 1

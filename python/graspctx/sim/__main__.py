@@ -9,12 +9,15 @@ import time
 from pathlib import Path
 
 from .families import FAMILIES
+from .mesh_command import MESHES_HELP, add_mesh_command
 from .splits import SPLITS
+from .user_mesh import is_object_file, load_object
 
 EXAMPLES = """examples:
   python -m graspctx.sim make data/mugs --scenes 200 --seed 1 --families mug --workers 4
   python -m graspctx.sim make data/clutter --scenes 50 --seed 2 --objects 3-5 --sheet clutter.png
   python -m graspctx.sim make data/test --scenes 300 --seed 1 --split test
+  python -m graspctx.sim make data/mine --scenes 50 --seed 3 --families mug,my_mug.json
 
 on a Dask cluster (pip install 'graspctx[sim,dask]'; its scheduler runs what its clients send, so keep it in a
 network that you trust):
@@ -48,8 +51,10 @@ def _at_least(lowest):
 def _families(text):
     names = text.split(",")
     for name in names:
-        if name not in FAMILIES:
-            raise argparse.ArgumentTypeError(f"unknown family '{name}'; known: {', '.join(FAMILIES)}")
+        if name not in FAMILIES and not is_object_file(name):
+            raise argparse.ArgumentTypeError(
+                f"unknown family '{name}'; known: {', '.join(FAMILIES)}, or the .json file of a mesh"
+            )
     return names
 
 
@@ -83,6 +88,7 @@ def build_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _add_make(commands)
     _add_readers(commands)
+    add_mesh_command(commands)
     return parser
 
 
@@ -104,8 +110,9 @@ def _add_make(commands):
         metavar="A,B",
         type=_families,
         default=list(FAMILIES),
-        help=f"object families, in turn (default: {','.join(FAMILIES)})",
+        help=f"object families, or object files of meshes (.json), in turn (default: {','.join(FAMILIES)})",
     )
+    make.add_argument("--meshes", metavar="DIR", type=Path, help=MESHES_HELP)
     make.add_argument(
         "--objects", metavar="N[-M]", type=_count_range, default=(1, 1), help="objects a scene (default: 1)"
     )
@@ -130,7 +137,7 @@ def _add_make(commands):
         help="render on the workers of this Dask scheduler, such as 10.0.0.1:8786, instead of here",
     )
     make.add_argument("--sheet", metavar="PNG", type=Path, help="also write a contact sheet")
-    make.set_defaults(run=_make, needs=("mujoco", "PIL", "tqdm"))
+    make.set_defaults(run=_make, needs=("mujoco", "PIL", "tqdm", "scipy", "trimesh"))
 
 
 def _add_readers(commands):
@@ -180,6 +187,9 @@ def _make(options) -> int:
 
     if options.sheet:
         _check_place(options.sheet)
+    families = [
+        load_object(name, options.meshes) if is_object_file(name) else name for name in options.families
+    ]
     progress = _Progress(options.scenes)
     try:
         with progress:
@@ -187,7 +197,7 @@ def _make(options) -> int:
                 options.out,
                 options.scenes,
                 options.seed,
-                families=options.families,
+                families=families,
                 objects=options.objects,
                 image_size=options.resolution,
                 split=options.split,

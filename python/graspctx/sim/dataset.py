@@ -11,7 +11,7 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
-from .families import FAMILIES
+from .families import FAMILIES, ObjectShape
 from .scene_files import LOOKS, encode_json
 from .splits import split_number
 from .stored import DatasetError
@@ -28,7 +28,7 @@ def make_dataset(
     scenes: int,
     seed: int,
     *,
-    families: list[str] | None = None,
+    families: list[str | ObjectShape] | None = None,
     objects: tuple[int, int] = (1, 1),
     image_size: tuple[int, int] = (640, 480),
     split: str = "train",
@@ -45,7 +45,7 @@ def make_dataset(
         out: folder to write; made if missing.
         scenes: number of scenes.
         seed: scene i depends on (seed, i) and on the options down to `split` alone.
-        families: names of object families; None for all.
+        families: names of object families, or objects (users' meshes); None for all families.
         objects: (fewest, most) objects in a scene.
         image_size: (width, height) px.
         split: "train", "validation" or "test"; two splits share no shape and no texture.
@@ -60,9 +60,10 @@ def make_dataset(
     """
     out = Path(out)
     split_number(split)
+    families = list(families or FAMILIES)
     drawn_from = {
         "seed": seed,
-        "families": list(families or FAMILIES),
+        "families": families,
         "objects": list(objects),
         "image_size": list(image_size),
         "split": split,
@@ -72,6 +73,7 @@ def make_dataset(
         "version": 1,
         "scenes": scenes,
         **drawn_from,
+        "families": [name if isinstance(name, str) else name.content_name() for name in families],
         "looks": LOOKS,
         "mujoco": importlib.metadata.version("mujoco"),
     }

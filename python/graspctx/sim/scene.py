@@ -135,7 +135,7 @@ def _place_objects(rng, families, count, fixed_family, split):
     footprints: list[np.ndarray] = []
     spread = 0.0 if count == 1 else 0.07 + 0.035 * count
     for i in range(count):
-        family = fixed_family if i == 0 else str(rng.choice(families))
+        family = fixed_family if i == 0 else families[int(rng.integers(len(families)))]
         shape = make_object(family, draw_seed(rng, split))
         texture_seed, gloss = draw_seed(rng, split), float(rng.uniform(0.0, 0.6) ** 1.5)
         for _ in range(60):
@@ -197,7 +197,7 @@ def draw_scene(
     """Draw scene number `index` of the data set `seed`. It depends on nothing else.
 
     Args:
-        families: names of families; the first object's family goes round them, the others are drawn.
+        families: names of families, or objects; the first object's goes round them, the others' are drawn.
         objects: (fewest, most) objects.
         image_size: (width, height) px.
         split: one of splits.SPLITS; two splits share no shape, no texture and no other draw.

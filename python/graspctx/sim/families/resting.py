@@ -17,9 +17,9 @@ def resting_poses(
 ) -> tuple[RestingPose, ...]:
     """The ways an object rests on a table by its own weight.
 
-    The object falls without speed on the face of its convex hull that is under its middle, and tips over edges
-    until the centre of mass is over the face; a pose's weight is the share of the orientations that end in it.
-    Its name says where the object's upside goes: "standing" (up, within 15 degrees), "upside_down" or "lying".
+    The object falls without speed on the face of its convex hull that is under its middle, and tips over
+    edges until the centre of mass is over the face; a pose's weight is the share of the orientations that end
+    in it. Its name says where the upside goes: "standing" (up, within 15 degrees), "upside_down" or "lying".
 
     Args:
         vertices_m: (V, 3) object frame.

@@ -1,5 +1,6 @@
 """What an object of any family is: surface, grasp region, texture parts, ways to rest."""
 
+import hashlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +13,7 @@ class RestingPose:
     """One way to lie on a table.
 
     Attributes:
-        name: "standing", "lying" or "upside down".
+        name: "standing", "lying" or "upside_down".
         weight: how often it is drawn, relative to the object's other poses.
         table_from_object: (3, 3) rotation; the table's z points up. The object also rests when it is turned
             about z or moved along the table.
@@ -50,3 +51,13 @@ class ObjectShape:
     region_name: str
     plain_share: float
     solids_m: tuple[np.ndarray, ...] = ()
+
+    def content_name(self) -> str:
+        """Family and surface, such as `mug@1a2b3c4d5e6f`: another for every change of shape or region."""
+        digest = hashlib.sha256(np.packbits(self.mesh.region).tobytes())
+        for values, unit in ((self.mesh.vertices_m, 1e-6), (self.mesh.uv, 1e-3), (self.mesh.faces, 1)):
+            digest.update(np.round(np.asarray(values) / unit).astype("<i8").tobytes())
+        for pose in self.resting_poses:
+            values = np.append(pose.table_from_object, pose.weight)
+            digest.update(np.round(values / 1e-4).astype("<i8").tobytes())
+        return f"{self.family}@{digest.hexdigest()[:12]}"
