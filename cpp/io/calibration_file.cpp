@@ -12,6 +12,7 @@
 #include <string>
 
 #include "detail/number.hpp"
+#include "detail/number_text.hpp"
 #include "graspctx/error.hpp"
 #include "graspctx/io/atomic_file.hpp"
 
@@ -21,6 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using Matrix3x4d = Eigen::Matrix<double, 3, 4, Eigen::RowMajor>;
+using detail::number_text;
 using Matrix3dRowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 constexpr std::size_t max_file_bytes = 1 << 20;
@@ -41,12 +43,6 @@ class Checker {
  private:
   fs::path file_;
 };
-
-std::string number_text(double value) {
-  std::array<char, 32> buffer;
-  const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
-  return std::string(buffer.data(), result.ptr);
-}
 
 /// A piece of the file for a message: short, and of printable characters.
 std::string quoted(std::string text) {

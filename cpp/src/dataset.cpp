@@ -4,8 +4,11 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "detail/check.hpp"
+#include "detail/quantile.hpp"
 
 namespace graspctx {
 
@@ -36,11 +39,10 @@ cv::Mat beyond_line(const cv::Mat& mask, double direction_rad, double share) {
   std::vector<double> along;
   along.reserve(pixels.size());
   for (const cv::Point& p : pixels) along.push_back(cu * p.x + cv_ * p.y);
-  const auto nth = along.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(along.size() - 1));
-  std::nth_element(along.begin(), nth, along.end());
+  const double border = detail::quantile(std::move(along), share);
   cv::Mat side(mask.size(), CV_8UC1);
   for (int v = 0; v < mask.rows; ++v) {
-    for (int u = 0; u < mask.cols; ++u) side.at<uchar>(v, u) = cu * u + cv_ * v >= *nth ? 255 : 0;
+    for (int u = 0; u < mask.cols; ++u) side.at<uchar>(v, u) = cu * u + cv_ * v >= border ? 255 : 0;
   }
   return side;
 }

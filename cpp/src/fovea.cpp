@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "detail/check.hpp"
+#include "detail/quantile.hpp"
 
 namespace graspctx {
 
@@ -37,13 +38,6 @@ FovealView view_at(const cv::Mat& image, const cv::Mat& mask, double scale, cons
   view.image = resample(image, scale, origin_px, view_size, cv::INTER_LINEAR);
   view.mask = resample(mask > 0, scale, origin_px, view_size, cv::INTER_NEAREST);
   return view;
-}
-
-double percentile(std::vector<float>& values, double share) {
-  const auto nth =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), nth, values.end());
-  return *nth;
 }
 
 }  // namespace
@@ -86,8 +80,9 @@ std::optional<FovealPair> foveal_pair(const RectifiedPair& pair, const cv::Mat& 
     }
   }
   if (object_disparities.empty()) return std::nullopt;
-  const double low = percentile(object_disparities, 0.05), high = percentile(object_disparities, 0.95);
-  const double median = percentile(object_disparities, 0.5);
+  const double low = detail::quantile(object_disparities, 0.05),
+               high = detail::quantile(object_disparities, 0.95);
+  const double median = detail::quantile(object_disparities, 0.5);
 
   // Carry the mask over to the right view. Pixels without a plausible disparity move with the median.
   cv::Mat right_mask = cv::Mat::zeros(mask.size(), CV_8UC1);

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <system_error>
 
+#include "detail/number_text.hpp"
 #include "detail/safetensors.hpp"
 #include "detail/sigmoid.hpp"
 #include "graspctx/error.hpp"
@@ -66,8 +67,7 @@ void check_classifier(const GraspModel& model) {
 // ---------------------------------------------------------------------------------------------- the file
 
 std::string text_of(double value) {
-  char text[32];
-  return {text, std::to_chars(text, text + sizeof text, value).ptr};  // shortest that reads back the same
+  return detail::number_text(value);
 }
 std::string text_of(int value) {
   return std::to_string(value);

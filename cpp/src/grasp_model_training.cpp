@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "detail/libsvm.hpp"
+#include "detail/number_text.hpp"
 #include "detail/sigmoid.hpp"
 #include "graspctx/error.hpp"
 #include "graspctx/evaluation.hpp"
@@ -208,11 +208,6 @@ std::vector<int> groups_for_search(const Problem& problem, const TrainOptions& o
   return can_cross_validate(problem, chosen) ? chosen : all;
 }
 
-std::string text_of(double value) {
-  char text[32];
-  return {text, std::to_chars(text, text + sizeof text, value).ptr};
-}
-
 }  // namespace
 
 void TrainOptions::check() const {
@@ -330,13 +325,14 @@ GraspModel train_model(const Eigen::Ref<const FeatureMatrix>& features, const st
       {"training.max_positives_per_group", std::to_string(options.max_positives_per_group)},
       {"training.max_negatives_per_group", std::to_string(options.max_negatives_per_group)},
       {"training.seed", std::to_string(options.seed)},
-      {"training.c", text_of(best_c)},
-      {"training.gamma_times_dimension", text_of(best_relative_gamma)},
+      {"training.c", detail::number_text(best_c)},
+      {"training.gamma_times_dimension", detail::number_text(best_relative_gamma)},
       {"cross_validation.folds", std::to_string(options.folds)},
-      {"cross_validation.average_precision", text_of(average_precision(held_out.values, held_out.labels))},
-      {"cross_validation.roc_area", text_of(roc_area(held_out.values, held_out.labels))},
+      {"cross_validation.average_precision",
+       detail::number_text(average_precision(held_out.values, held_out.labels))},
+      {"cross_validation.roc_area", detail::number_text(roc_area(held_out.values, held_out.labels))},
       {"cross_validation.calibration_error",
-       text_of(expected_calibration_error(probabilities, held_out.labels))},
+       detail::number_text(expected_calibration_error(probabilities, held_out.labels))},
   };
   advance("final model");
   return model;

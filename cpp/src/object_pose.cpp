@@ -6,9 +6,11 @@
 #include <cmath>
 #include <limits>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 #include <vector>
 
 #include "detail/check.hpp"
+#include "detail/quantile.hpp"
 #include "detail/segment_disparity.hpp"
 
 namespace graspctx {
@@ -66,11 +68,7 @@ double object_height_m(const cv::Mat& mask, const cv::Mat& disparity, const Ster
       if (std::isfinite(height)) heights.push_back(height);
     }
   }
-  if (heights.empty()) return 0;
-  const auto nth =
-      heights.begin() + static_cast<std::ptrdiff_t>(0.95 * static_cast<double>(heights.size() - 1));
-  std::nth_element(heights.begin(), nth, heights.end());
-  return *nth;
+  return heights.empty() ? 0 : detail::quantile(std::move(heights), 0.95);
 }
 
 Eigen::Vector3d without_component(const Eigen::Vector3d& vector, const Eigen::Vector3d& unit) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "detail/plane_geometry.hpp"
+#include "detail/quantile.hpp"
 #include "detail/scene_checks.hpp"
 #include "detail/texture.hpp"
 #include "graspctx/segmentation.hpp"
@@ -22,12 +23,6 @@ struct Sample {
 
 double residual(const Coefficients& plane, const Sample& sample) {
   return sample.disparity_px - (plane[0] * sample.u + plane[1] * sample.v + plane[2]);
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// Known disparities on a grid, about `wanted` of them.
@@ -103,7 +98,7 @@ double spread_px(const Coefficients& plane, const std::vector<Sample>& samples, 
     if (e < within_px) errors.push_back(e);
   }
   constexpr double floor_px = 0.05;
-  return errors.empty() ? floor_px : std::max(floor_px, 1.4826 * median(std::move(errors)));
+  return errors.empty() ? floor_px : std::max(floor_px, 1.4826 * detail::median(std::move(errors)));
 }
 
 /// Tukey's M-estimator by re-weighted least squares.
@@ -173,7 +168,7 @@ Coefficients refine_on_grey_levels(const Coefficients& start, const RectifiedPai
       }
     }
     if (rows.size() < 100) return start;
-    huber = std::max(0.5, 1.5 * 1.4826 * median(std::move(sizes)));
+    huber = std::max(0.5, 1.5 * 1.4826 * detail::median(std::move(sizes)));
     for (const Row& row : rows) {
       // left(u) - right(u - d) grows by slope · step when d grows by step.
       const double weight = std::abs(row.difference) <= huber ? 1 : huber / std::abs(row.difference);

@@ -1,9 +1,11 @@
 #include "detail/segment_disparity.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
+
+#include "detail/quantile.hpp"
 
 namespace graspctx::detail {
 
@@ -21,9 +23,7 @@ double median_disparity(const cv::Mat& mask, const cv::Mat& disparity, const Eig
     }
   }
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return median(std::move(values));
 }
 
 }  // namespace graspctx::detail
