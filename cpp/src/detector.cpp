@@ -6,6 +6,7 @@
 #include <cmath>
 #include <exception>
 #include <opencv2/imgproc.hpp>
+#include <system_error>
 #include <thread>
 
 #include "detail/check.hpp"
@@ -59,12 +60,10 @@ DescribedView describe(const FovealView& view, const DescriptorOptions& options)
 /// P(g = 1 | D) at an arbitrary place of a view; nothing where there is no contour.
 std::optional<double> probability_at(const DescribedView& view, const Eigen::Vector2d& view_px,
                                      const GraspModel& model) {
-  FeatureMatrix feature(1, model.descriptor.dimension());
   const cv::Point2f centre_px(static_cast<float>(view_px.x()), static_cast<float>(view_px.y()));
-  if (!patch_descriptor_at(view.contour, view.contexts, centre_px, model.descriptor, feature.row(0))) {
-    return std::nullopt;
-  }
-  return model.predict_probability(feature)[0];
+  const auto feature = patch_descriptor_at(view.contour, view.contexts, centre_px, model.descriptor);
+  if (!feature) return std::nullopt;
+  return model.predict_probability(*feature)[0];
 }
 
 /// The middle of the object's pixels in a patch, in the full-size image: the contour that makes a patch
@@ -95,10 +94,10 @@ DetectedObject detect_on_object(const ObjectHypothesis& hypothesis, const Detect
   clock.stage_done("fovea");
   if (!fovea) return object;
 
-  // III-B: the contour and its shape contexts, in both views.
-  const DescribedView left = describe(fovea->left, model.descriptor);
+  // III-B: the contour and its shape contexts in both views; the patches of the left one.
+  const Contour contour = sample_contour(fovea->left.image, fovea->left.mask, model.descriptor.contour);
+  PatchDescriptors patches = patch_descriptors(contour, fovea->left.image.size(), model.descriptor);
   const DescribedView right = describe(fovea->right, model.descriptor);
-  PatchDescriptors patches = patch_descriptors(left.contour, fovea->left.image.size(), model.descriptor);
   clock.stage_done("descriptors");
 
   // III-C: how probable each patch is a grasping point.
@@ -139,7 +138,7 @@ DetectedObject detect_on_object(const ObjectHypothesis& hypothesis, const Detect
     object.grasps.resize(static_cast<std::size_t>(options.max_grasps));
   }
   for (std::size_t i = 0; i < object.grasps.size(); ++i) object.grasps[i].rank = static_cast<int>(i) + 1;
-  object.intermediates = {*fovea, left.contour, std::move(patches), probabilities};
+  object.intermediates = {*fovea, contour, std::move(patches), probabilities};
   clock.stage_done("grasps");
   return object;
 }
@@ -163,7 +162,11 @@ void detect_on_each_object(Detection& detection, const StereoCamera& camera, con
   };
   std::vector<std::thread> helpers;
   const std::size_t wanted = std::min(static_cast<std::size_t>(options.threads), hypotheses.size());
-  for (std::size_t i = 1; i < wanted; ++i) helpers.emplace_back(work);
+  try {
+    for (std::size_t i = 1; i < wanted; ++i) helpers.emplace_back(work);
+  } catch (const std::system_error&) {
+    // The system gives no more threads: those that run do all the work.
+  }
   work();
   for (std::thread& helper : helpers) helper.join();
   for (const std::exception_ptr& failure : failures) {

@@ -36,9 +36,11 @@ void DescriptorOptions::check() const {
 PatchDescriptors patch_descriptors(const Contour& contour, const cv::Size& image_size,
                                    const DescriptorOptions& options) {
   options.check();
-  if (image_size.width < 1 || image_size.height < 1) {
-    throw InvalidInput("image size: expected at least 1x1, got " + std::to_string(image_size.width) + "x" +
-                       std::to_string(image_size.height));
+  constexpr int largest_px = 32767;  // as of any image; a grid far beyond would overflow
+  if (image_size.width < 1 || image_size.height < 1 || image_size.width > largest_px ||
+      image_size.height > largest_px) {
+    throw InvalidInput("image size: expected sides of 1 to 32767 px, got " +
+                       std::to_string(image_size.width) + "x" + std::to_string(image_size.height));
   }
   const int patch_px = options.patch.patch_px;
   const int bins = options.shape_context.bins();
@@ -93,35 +95,37 @@ PatchDescriptors patch_descriptors(const Contour& contour, const cv::Size& image
   return patches;
 }
 
-bool patch_descriptor_at(const Contour& contour, const FeatureMatrix& contexts, const cv::Point2f& centre_px,
-                         const DescriptorOptions& options, Eigen::Ref<Eigen::RowVectorXf> feature) {
+std::optional<Eigen::RowVectorXf> patch_descriptor_at(const Contour& contour, const FeatureMatrix& contexts,
+                                                      const cv::Point2f& centre_px,
+                                                      const DescriptorOptions& options) {
+  options.check();
   const int bins = options.shape_context.bins();
-  if (contexts.rows() != static_cast<Eigen::Index>(contour.points.size()) || contexts.cols() != bins ||
-      feature.size() != options.dimension()) {
+  if (contexts.rows() != static_cast<Eigen::Index>(contour.points.size()) || contexts.cols() != bins) {
     throw InvalidInput("patch descriptor: expected shape contexts of (" +
-                       std::to_string(contour.points.size()) + ", " + std::to_string(bins) +
-                       ") and a feature of " + std::to_string(options.dimension()));
+                       std::to_string(contour.points.size()) + ", " + std::to_string(bins) + "), got (" +
+                       std::to_string(contexts.rows()) + ", " + std::to_string(contexts.cols()) + ")");
   }
-  feature.setZero();
+  // Half open, as the patches of the grid are.
+  const auto within = [](const cv::Point2f& offset_px, int side_px) {
+    const float half_px = 0.5f * static_cast<float>(side_px);
+    return offset_px.x >= -half_px && offset_px.x < half_px && offset_px.y >= -half_px &&
+           offset_px.y < half_px;
+  };
+  const int patch_px = options.patch.patch_px;
+  Eigen::RowVectorXf feature = Eigen::RowVectorXf::Zero(options.dimension());
   bool occupied = false;
   for (std::size_t i = 0; i < contour.points.size(); ++i) {
     const cv::Point2f offset_px = contour.points[i] - centre_px;
+    occupied = occupied || within(offset_px, patch_px);
     for (int scale = 0; scale < 3; ++scale) {
-      const float half_px =
-          0.5f * static_cast<float>(options.patch.windows_patches[static_cast<std::size_t>(scale)] *
-                                    options.patch.patch_px);
-      if (offset_px.x < -half_px || offset_px.x >= half_px || offset_px.y < -half_px ||
-          offset_px.y >= half_px) {
-        continue;
+      if (within(offset_px, options.patch.windows_patches[static_cast<std::size_t>(scale)] * patch_px)) {
+        feature.segment(scale * bins, bins) += contexts.row(static_cast<Eigen::Index>(i));
       }
-      feature.segment(scale * bins, bins) += contexts.row(static_cast<Eigen::Index>(i));
-      const float half_patch_px = 0.5f * static_cast<float>(options.patch.patch_px);
-      occupied =
-          occupied || (std::abs(offset_px.x) <= half_patch_px && std::abs(offset_px.y) <= half_patch_px);
     }
   }
+  if (!occupied) return std::nullopt;
   for (int scale = 0; scale < 3; ++scale) normalise(feature.segment(scale * bins, bins));
-  return occupied;
+  return feature;
 }
 
 PatchDescriptors describe_view(const FovealView& view, const DescriptorOptions& options) {

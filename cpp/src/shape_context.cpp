@@ -1,5 +1,6 @@
 #include "graspctx/shape_context.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "graspctx/error.hpp"
 #include "graspctx/patch_descriptor.hpp"
@@ -70,12 +71,23 @@ TEST(PatchDescriptor, AtAGridCentreEqualsTheGrid) {
   const Contour contour = mug_contour();
   const PatchDescriptors patches = patch_descriptors(contour, {640, 480});
   const FeatureMatrix contexts = shape_contexts(contour.points);
-  Eigen::RowVectorXf feature(120);
   for (std::size_t m = 0; m < patches.cells.size(); ++m) {
-    ASSERT_TRUE(patch_descriptor_at(contour, contexts, patches.centres_px[m], {}, feature));
-    EXPECT_LT((feature - patches.features.row(static_cast<Eigen::Index>(m))).cwiseAbs().maxCoeff(), 1e-6);
+    const auto feature = patch_descriptor_at(contour, contexts, patches.centres_px[m]);
+    ASSERT_TRUE(feature);
+    EXPECT_LT((*feature - patches.features.row(static_cast<Eigen::Index>(m))).cwiseAbs().maxCoeff(), 1e-6);
   }
-  EXPECT_FALSE(patch_descriptor_at(contour, contexts, {5, 5}, {}, feature));
+  EXPECT_FALSE(patch_descriptor_at(contour, contexts, {5, 5}));
+  EXPECT_THROW(patch_descriptor_at(contour, contexts.leftCols(30), {5, 5}), InvalidInput);
+}
+
+TEST(PatchDescriptor, APatchIsHalfOpenAsInTheGrid) {
+  Contour contour;
+  contour.points = {{10, 4}, {12, 30}, {40, 9}};  // the first lies 5 px right of the centre at (5, 4)
+  const FeatureMatrix contexts = shape_contexts(contour.points);
+  EXPECT_FALSE(patch_descriptor_at(contour, contexts, {5, 4}));
+  const auto feature = patch_descriptor_at(contour, contexts, {15, 4});
+  ASSERT_TRUE(feature);
+  EXPECT_NEAR(feature->head(40).norm(), 1, 1e-6);
 }
 
 TEST(PatchDescriptor, AShiftByAWholePatchShiftsTheDescriptors) {
@@ -111,6 +123,8 @@ TEST(PatchDescriptor, TheFoveaMakesDistanceMeanNothing) {
 TEST(PatchDescriptor, RefusesBadInput) {
   const Contour contour = mug_contour();
   EXPECT_THROW(patch_descriptors(contour, {0, 10}), InvalidInput);
+  constexpr int huge = std::numeric_limits<int>::max();
+  EXPECT_THROW(patch_descriptors(contour, {huge, huge}), InvalidInput);
   EXPECT_THROW(patch_descriptors(contour, {100, 100}), InvalidInput);  // points outside
   DescriptorOptions options;
   options.patch.windows_patches = {1, 2, 7};

@@ -87,6 +87,8 @@ def test_bad_points(points, error, came):
 
 
 def test_bad_values():
+    with pytest.raises(ValueError, match="image size: expected sides of 1 to 32767 px"):
+        gc.patch_descriptors(gc.Contour(POINTS), (2**31 - 1, 2**31 - 1))
     for bad in (np.nan, np.inf):
         points = POINTS.copy()
         points[3, 1] = bad

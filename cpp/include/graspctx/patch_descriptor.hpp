@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <vector>
 
 #include "graspctx/contour.hpp"
@@ -42,9 +43,10 @@ GRASPCTX_EXPORT PatchDescriptors patch_descriptors(const Contour& contour, const
 
 /// The same descriptor at one arbitrary patch centre (a stereo match lies on no grid). Nothing if the patch
 /// holds no sample. `contexts` are shape_contexts of the contour's points.
-GRASPCTX_EXPORT bool patch_descriptor_at(const Contour& contour, const FeatureMatrix& contexts,
-                                         const cv::Point2f& centre_px, const DescriptorOptions& options,
-                                         Eigen::Ref<Eigen::RowVectorXf> feature);
+GRASPCTX_EXPORT std::optional<Eigen::RowVectorXf> patch_descriptor_at(const Contour& contour,
+                                                                      const FeatureMatrix& contexts,
+                                                                      const cv::Point2f& centre_px,
+                                                                      const DescriptorOptions& options = {});
 
 /// Contour, shape contexts and patch descriptors of a foveal view.
 GRASPCTX_EXPORT PatchDescriptors describe_view(const FovealView& view, const DescriptorOptions& options = {});
