@@ -18,6 +18,7 @@ namespace {
 
 constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
 constexpr int smallest_side_px = 16;
+constexpr int most_disparities = 2032;  // SGBM counts sixteenths of a pixel in 16 bits
 
 void require_pair(const cv::Mat& left, const cv::Mat& right) {
   detail::require_image(left, "left image");
@@ -103,8 +104,10 @@ RectifiedPair rectify(const cv::Mat& left, const cv::Mat& right, const StereoCam
 
 void DisparityOptions::check() const {
   using detail::require_option;
-  require_option(max_disparity_px >= 0 && max_disparity_px <= 4096,
-                 "max_disparity_px must be between 0 and 4096, got " + std::to_string(max_disparity_px));
+  const int most_px = half_resolution ? 2 * most_disparities : most_disparities;
+  require_option(max_disparity_px >= 0 && max_disparity_px <= most_px,
+                 "max_disparity_px must be between 0 and " + std::to_string(most_px) + ", got " +
+                     std::to_string(max_disparity_px));
   require_option(block_px >= 1 && block_px <= 21 && block_px % 2 == 1,
                  "block_px must be odd and between 1 and 21, got " + std::to_string(block_px));
   require_option(uniqueness_percent >= 0 && uniqueness_percent < 100,
@@ -128,7 +131,8 @@ Disparity compute_disparity(const RectifiedPair& pair, const DisparityOptions& o
   }
   const double shrink = static_cast<double>(left.cols) / size.width;
   const double range_px = options.max_disparity_px > 0 ? options.max_disparity_px : size.width / 4.0;
-  const int disparities = std::max(16, static_cast<int>(std::ceil(range_px * shrink / 16)) * 16);
+  const int disparities =
+      std::clamp(static_cast<int>(std::ceil(range_px * shrink / 16)) * 16, 16, most_disparities);
 
   const detail::MatcherSettings settings{0, disparities, options.block_px, options.uniqueness_percent,
                                          options.speckle_px};

@@ -288,6 +288,10 @@ TEST(Stereo, BadOptionsAreNamed) {
   DisparityOptions options;
   options.max_disparity_px = -1;
   EXPECT_NE(message(options).find("max_disparity_px"), std::string::npos);
+  options.max_disparity_px = 4064;
+  EXPECT_EQ(message(options), "");
+  options.half_resolution = false;  // the matcher cannot count so far
+  EXPECT_NE(message(options).find("max_disparity_px must be between 0 and 2032"), std::string::npos);
   options = {};
   options.block_px = 4;
   EXPECT_NE(message(options).find("block_px"), std::string::npos);

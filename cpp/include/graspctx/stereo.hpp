@@ -17,8 +17,9 @@ struct RectifiedPair {
 GRASPCTX_EXPORT RectifiedPair rectify(const cv::Mat& left, const cv::Mat& right, const StereoCamera& camera);
 
 struct GRASPCTX_EXPORT DisparityOptions {
-  int max_disparity_px =
-      0;  // of the full-size images, rounded up to a multiple of 16; 0: a quarter of the width
+  // Of the full-size images, rounded up to a multiple of 16; at most 4064, or 2032 at full resolution; 0: a
+  // quarter of the width.
+  int max_disparity_px = 0;
   bool half_resolution = true;  // match at half size, and scale the disparities back
   int block_px = 5;             // odd
   double uniqueness_percent = 10;
