@@ -209,6 +209,9 @@ TEST(Segmentation, AFixationPicksTheObjectLookedAt) {
   SegmentationOptions options;
   options.fixation_px = Eigen::Vector2d(320, 440);  // bare table
   EXPECT_TRUE(segment(scene.pair, options).objects.empty());
+  options.cues = CueLevel::disparity;
+  options.max_extent_m = 1e9;  // reaches over every image
+  EXPECT_NO_THROW(segment(scene.pair, options));
 }
 
 TEST(Segmentation, WithoutASupportPlaneItSaysSo) {

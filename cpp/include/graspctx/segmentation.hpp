@@ -61,7 +61,9 @@ GRASPCTX_EXPORT Segmentation segment_objects(const RectifiedPair& pair, const Di
                                              const StereoCamera& camera,
                                              const SegmentationOptions& options = {});
 
-/// The robust plane fit alone (RANSAC, Tukey, photometric refinement). Nothing if no plane supports anything.
+/// The robust plane fit alone (RANSAC, Tukey, photometric refinement). Only a plane that the camera looks
+/// down on by 8° to 75°, rolled by at most 35°, is taken for a table: a wall is not, nor a table seen from
+/// right above. Nothing if no such plane supports anything.
 GRASPCTX_EXPORT std::optional<TablePlane> fit_table_plane(const RectifiedPair& pair,
                                                           const Disparity& disparity,
                                                           const StereoCamera& camera);

@@ -7,18 +7,12 @@
 #include <opencv2/imgproc.hpp>
 
 #include "detail/plane_geometry.hpp"
+#include "detail/quantile.hpp"
 #include "detail/texture.hpp"
 
 namespace graspctx::detail {
 
 namespace {
-
-double quantile(std::vector<float> values, double share) {
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 void sort_by_saliency(std::vector<Hypothesis>& hypotheses) {
   std::stable_sort(hypotheses.begin(), hypotheses.end(),
@@ -33,14 +27,14 @@ std::vector<cv::Point> where(const cv::Mat& mask) {
 
 /// Bird's-eye view: a point of the camera frame on the table's own two axes (m).
 struct TableAxes {
-  Eigen::Vector3d right, away;
+  Eigen::Vector3d right, nearer;
 
   explicit TableAxes(const TablePlane& plane) {
     right = (Eigen::Vector3d::UnitX() - plane.normal.x() * plane.normal).normalized();
-    away = right.cross(plane.normal);
+    nearer = right.cross(plane.normal);
   }
   cv::Point2f of(const Eigen::Vector3d& point_m) const {
-    return {static_cast<float>(right.dot(point_m)), static_cast<float>(away.dot(point_m))};
+    return {static_cast<float>(right.dot(point_m)), static_cast<float>(nearer.dot(point_m))};
   }
 };
 
@@ -265,10 +259,14 @@ std::optional<Hypothesis> hypothesis_at(const cv::Point& fixation, const Dispari
   const double shifted_px = hypothesis.disparity_px + camera.doffs_px;
   if (shifted_px <= 0) return std::nullopt;
 
-  const double px_of_m = shifted_px / camera.baseline_m;
-  cv::Mat reach = cv::Mat::zeros(size, CV_8UC1), gaze = reach.clone();
-  cv::circle(reach, fixation, static_cast<int>(options.max_extent_m / 2 * px_of_m), 255, cv::FILLED);
-  cv::circle(gaze, fixation, std::max(4, static_cast<int>(0.01 * px_of_m)), 255, cv::FILLED);
+  const auto disc = [&](double radius_m) {
+    const double radius_px = std::clamp(radius_m * shifted_px / camera.baseline_m, 4.0,
+                                        static_cast<double>(size.width + size.height));  // all of the image
+    cv::Mat filled = cv::Mat::zeros(size, CV_8UC1);
+    cv::circle(filled, fixation, static_cast<int>(radius_px), 255, cv::FILLED);
+    return filled;
+  };
+  const cv::Mat reach = disc(options.max_extent_m / 2), gaze = disc(0.01);
   const cv::Mat at_zero =
       near_zero_disparity(disparity.dense, hypothesis.disparity_px, zero_disparity_band_px(shifted_px));
   cv::Mat standing = runs_between_steps(at_zero, disparity.dense, step_in_depth_px(shifted_px)) & reach;
