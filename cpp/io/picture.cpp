@@ -428,7 +428,9 @@ cv::Mat draw_detection(const Detection& detection, const StereoCamera& camera,
   }
 
   Canvas canvas;
-  canvas.scale = std::max(1.0, static_cast<double>(options.min_width_px) / left.cols);
+  constexpr double largest_side_px = 16384;  // a narrow, tall image is not enlarged beyond
+  canvas.scale = std::max(1.0, std::min(static_cast<double>(options.min_width_px) / left.cols,
+                                        largest_side_px / std::max(left.cols, left.rows)));
   const cv::Size size(cvRound(canvas.scale * left.cols), cvRound(canvas.scale * left.rows));
   cv::resize(left, canvas.picture, size, 0, 0, cv::INTER_CUBIC);
   if (canvas.picture.channels() == 1) cv::cvtColor(canvas.picture, canvas.picture, cv::COLOR_GRAY2BGR);

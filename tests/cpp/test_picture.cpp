@@ -90,6 +90,13 @@ TEST(Picture, EnlargesSmallImagesAndLeavesLargeOnes) {
   EXPECT_EQ(draw_detection(test_detection(small), small).type(), CV_8UC3);
 }
 
+TEST(Picture, ATallNarrowImageIsNotEnlargedWithoutLimit) {
+  const StereoCamera camera = test_camera(16, 3000);
+  Detection detection;
+  detection.pair.left = cv::Mat(3000, 16, CV_8UC3, cv::Scalar::all(100));
+  EXPECT_EQ(draw_detection(detection, camera).size(), cv::Size(87, 16384));  // not 960 by 180000
+}
+
 TEST(Picture, NothingFoundIsTheImageItself) {
   const StereoCamera camera = test_camera(1000, 700);
   Detection detection;
