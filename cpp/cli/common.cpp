@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <iostream>
+#include <opencv2/core/utility.hpp>
 
 #include "graspctx/error.hpp"
 #include "graspctx/io/calibration_file.hpp"
@@ -131,9 +132,13 @@ SegmentationOptions segmentation_options(const SegmentationArguments& arguments,
 
 void add_threads_argument(CLI::App& command, int& threads) {
   command.add_option("--threads", threads, "the result is the same for any number")
-      ->check(CLI::Range(1, 1024))
+      ->check(CLI::Range(1, 256))
       ->type_name("N")
       ->capture_default_str();
+}
+
+void use_threads(int threads) {
+  cv::setNumThreads(std::min(threads, cv::getNumberOfCPUs()));
 }
 
 cv::Mat load_mask_for(const std::string& file, const cv::Size& image_size) {

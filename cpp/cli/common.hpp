@@ -47,6 +47,9 @@ SegmentationOptions segmentation_options(const SegmentationArguments& arguments,
 
 /// [--threads N]: 1 by default.
 void add_threads_argument(CLI::App& command, int& threads);
+/// Lets OpenCV use as many threads, but no more than there are processors: asked for more, TBB prints a
+/// warning.
+void use_threads(int threads);
 
 /// Reads an 8-bit mask that must be of the image's size. Throws InvalidInput naming the file.
 cv::Mat load_mask_for(const std::string& file, const cv::Size& image_size);

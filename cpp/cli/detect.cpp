@@ -1,5 +1,4 @@
 #include <memory>
-#include <opencv2/core/utility.hpp>
 #include <optional>
 
 #include "commands.hpp"
@@ -59,7 +58,7 @@ void detect(const DetectArguments& arguments) {
   options.segmentation = segmentation_options(arguments.segmentation, pair.left.size());
   options.threads = arguments.threads;
   if (arguments.max_grasps) options.max_grasps = *arguments.max_grasps;
-  cv::setNumThreads(arguments.threads);
+  use_threads(arguments.threads);
 
   Detection detection;
   naming(arguments.pair.left,

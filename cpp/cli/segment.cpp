@@ -1,5 +1,4 @@
 #include <memory>
-#include <opencv2/core/utility.hpp>
 
 #include "commands.hpp"
 #include "common.hpp"
@@ -33,7 +32,7 @@ void segment(const SegmentArguments& arguments) {
   check_outputs({arguments.output});
   const LoadedPair pair = load_pair(arguments.pair);
   const SegmentationOptions options = segmentation_options(arguments.segmentation, pair.left.size());
-  cv::setNumThreads(arguments.threads);
+  use_threads(arguments.threads);
   Segmentation segmentation;
   naming(arguments.pair.left, [&] {
     const RectifiedPair rectified = rectify(pair.left, pair.right, pair.camera);
