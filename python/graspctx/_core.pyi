@@ -1152,6 +1152,7 @@ def detect_grasps(
     max_grasps: int = ...,
     threads: int = ...,
     approach_threshold: float = ...,
+    min_probability: float = ...,
     cues: str = ...,
     max_objects: int = ...,
     min_height_m: float = ...,
@@ -1193,6 +1194,7 @@ def detect_grasps(
     fixation_px: (u, v), look only at the object at this pixel of the left view.
     max_grasps: of each object. threads: the result is the same for any number.
     approach_threshold: φ of Eq. 3, share of the minor semi-axis in the image.
+    min_probability: of both views together; what is less likely is no grasp.
     Finding nothing is an answer. Raises InvalidInput for unusable images, calibration or options.
     """
 
@@ -1427,7 +1429,9 @@ def train_model(
     svm_c: collections.abc.Sequence[float] = ...,
     gamma_times_dimension: collections.abc.Sequence[float] = ...,
     folds: int = ...,
+    max_positives_per_group: int = ...,
     max_negatives_per_group: int = ...,
+    max_rows: int = ...,
     max_search_rows: int = ...,
     seed: int = ...,
 ) -> GraspModel:

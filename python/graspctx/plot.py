@@ -107,12 +107,13 @@ def _draw_bins(
     differences = points[:, None].astype(np.float64) - points[None]
     distances = np.linalg.norm(differences, axis=2)
     mean_distance = distances.sum() / (len(points) * (len(points) - 1))
-    radii = mean_distance * np.geomspace(bins["inner_radius"], bins["outer_radius"], bins["radial_bins"])
+    # From the outer radius inwards: a single ring ends at the outer one.
+    radii = mean_distance * np.geomspace(bins["outer_radius"], bins["inner_radius"], bins["radial_bins"])
     for radius in radii:
         axes.add_patch(plt.Circle(tuple(origin), radius, fill=False, color="tab:red"))
     turned = gradient if bins["relative_to_gradient"] else 0.0
     for angle in turned + 2 * np.pi * np.arange(bins["angular_bins"]) / bins["angular_bins"]:
-        end = origin + radii[-1] * np.array([np.cos(angle), np.sin(angle)])
+        end = origin + radii[0] * np.array([np.cos(angle), np.sin(angle)])
         axes.plot(*np.transpose([origin, end]), color="tab:red", linewidth=0.8)
 
 

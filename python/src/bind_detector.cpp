@@ -150,6 +150,7 @@ cues: 'disparity', 'plane' or 'colour'; each adds to the one before (Fig. 2).
 fixation_px: (u, v), look only at the object at this pixel of the left view.
 max_grasps: of each object. threads: the result is the same for any number.
 approach_threshold: φ of Eq. 3, share of the minor semi-axis in the image.
+min_probability: of both views together; what is less likely is no grasp.
 Finding nothing is an answer. Raises InvalidInput for unusable images, calibration or options.)",
       [](const py::object& left, const py::object& right, const StereoCamera& camera,
          const LoadedModel& model, const py::object& mask, const py::kwargs& arguments) {

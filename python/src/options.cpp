@@ -193,7 +193,9 @@ Keywords keywords(TrainOptions& options) {
   return {{"svm_c", &options.svm_c},
           {"gamma_times_dimension", &options.gamma_times_dimension},
           {"folds", &options.folds},
+          {"max_positives_per_group", &options.max_positives_per_group},
           {"max_negatives_per_group", &options.max_negatives_per_group},
+          {"max_rows", &options.max_rows},
           {"max_search_rows", &options.max_search_rows},
           {"seed", &options.seed}};
 }
@@ -242,7 +244,8 @@ Keywords keywords(HandOptions& options) {
 Keywords keywords(DetectorOptions& options) {
   Keywords own{{"max_grasps", &options.max_grasps},
                {"threads", &options.threads},
-               {"approach_threshold", &options.approach_threshold}};
+               {"approach_threshold", &options.approach_threshold},
+               {"min_probability", &options.min_probability}};
   const Keywords stages = all_keywords(options.segmentation, options.disparity, options.grasp_points,
                                        options.stereo_match, options.hand);
   own.insert(own.end(), stages.begin(), stages.end());

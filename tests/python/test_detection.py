@@ -154,6 +154,8 @@ def test_disparity_of_known_shifts(pair, mask):
 def test_options_reach_their_stage(pair, camera, model, mask):
     few = gc.detect_grasps(*pair, camera, model, mask=mask, max_grasps=1)
     assert len(few.objects[0].grasps) == 1
+    sure = gc.detect_grasps(*pair, camera, model, mask=mask, min_probability=1.0)
+    assert sure.objects[0].grasps == []
     ids = mask.copy()
     ids[20:60, 20:60] = 7
     both = gc.detect_grasps(*pair, camera, model, mask=ids)

@@ -49,8 +49,6 @@ def test_the_docstring_s_example_runs(tmp_path, pair, monkeypatch):
     )
     lines = gc.__doc__.splitlines()
     example = "\n".join(line[4:] for line in lines if line.startswith("    "))
-    if "mug" not in gc.shipped_models():
-        pytest.skip("no shipped model 'mug'")
     exec(compile(example, "docstring", "exec"), {})
     assert gc.read_image("grasps.png").shape[1] == 960
 
@@ -255,6 +253,12 @@ def test_bad_files_are_value_errors_that_name_the_file(tmp_path):
         gc.load_model("no_such_model")
     with pytest.raises(TypeError):
         gc.load_model(3)
+
+
+def test_messages_name_files_whose_names_are_no_utf8(tmp_path):
+    name = os.fsdecode(os.fsencode(tmp_path) + b"/mug\xff.png")
+    with pytest.raises(gc.InvalidInput, match=r"mug\\xff\.png: no such file"):
+        gc.read_image(name)
 
 
 @pytest.mark.parametrize("channels", [1, 3])
