@@ -42,7 +42,7 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-/// The message of the exception E that `run` throws; "" and a failure if it throws none.
+/// The message of the exception E that `run` throws; "" if it throws none.
 template <typename E, typename Run>
 std::string message_of(Run run) {
   try {

@@ -15,7 +15,7 @@ namespace graspctx {
 /// A three-fingered hand in a pinch grasp: a thumb against two parallel fingers. Defaults: a Barrett hand.
 struct GRASPCTX_EXPORT HandOptions {
   double max_opening_m = 0.20;     // largest distance between the pads
-  double opening_margin_m = 0.02;  // added to the width of the part
+  double opening_margin_m = 0.02;  // on either side of the part
   double finger_length_m = 0.126;  // palm to tip
   double finger_width_m = 0.018;
   double finger_thickness_m = 0.016;
