@@ -253,7 +253,7 @@ class _Progress:
             seconds_left = (self.total - finished) * (now - self._start) / (finished - kept)
             print(
                 f"{finished} of {self.total} scenes, {self._per_second():.1f} scenes/s, "
-                f"{seconds_left / 60:.0f} min left",
+                f"{seconds_left / 60:.1f} min left",
                 file=sys.stderr,
                 flush=True,
             )

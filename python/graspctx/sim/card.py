@@ -14,6 +14,7 @@ from .stored import read_header, read_scenes
 CARD = "README.md"
 _MOST_VALUES = 12
 """A named axis with more values than this is told by its quantiles, if they are numbers."""
+_OBJECT_AXES = "pose", "height_m", "low"
 _BARS = 10
 _BAR_LENGTH = 40
 
@@ -39,7 +40,7 @@ def card_text(dataset: str | os.PathLike) -> str:
         f"# {_count(len(scenes), 'stereo scene')} of {_count(len(objects), 'object')}",
         _origin(header, scenes),
         "## Classes\n\n" + _classes(scenes),
-        "## Visible grasp region\n\n" + _label_shares(objects),
+        "## Visible shares\n\n" + _visible_shares(objects),
     ]
     axes = _axes(scenes)
     if axes:
@@ -103,13 +104,18 @@ def _classes(scenes):
     return _table(names, rows)
 
 
-def _label_shares(objects):
-    """How much of what the left view sees of an object is its grasp region."""
+def _visible_shares(objects):
+    """Histograms over the objects that the left view sees: of their region, and of their whole outline."""
     seen = [entry for entry in objects if _px(entry, "visible_px", "left") > 0]
-    shares = [_px(entry, "label_px", "left") / _px(entry, "visible_px", "left") for entry in seen]
-    text = "Share of an object's pixels that are grasp region, left view:\n\n" + _histogram(shares)
-    hidden = len(objects) - len(seen)
-    return text + (f"\n\n{_count(hidden, 'object')} not visible at all." if hidden else "")
+    labelled = [_px(entry, "label_px", "left") / _px(entry, "visible_px", "left") for entry in seen]
+    text = "Share of an object's visible pixels that are grasp region, left view:\n\n" + _histogram(labelled)
+    unhidden = [_px(entry, "visible_share", "left") for entry in seen if "visible_share" in entry]
+    if unhidden:
+        text += "\n\nShare of an object's outline that nothing else hides, left view:\n\n" + _histogram(
+            unhidden
+        )
+    missing = len(objects) - len(seen)
+    return text + (f"\n\n{_count(missing, 'object')} not visible at all." if missing else "")
 
 
 def _axes(scenes):
@@ -148,8 +154,10 @@ def _axes(scenes):
 
 
 def _items(record):
+    """The named axes of a scene or of an object."""
     axes = record.get("axes")
-    return axes.items() if isinstance(axes, dict) else ()
+    named = {key: record[key] for key in _OBJECT_AXES if key in record}
+    return {**named, **(axes if isinstance(axes, dict) else {})}.items()
 
 
 def _checksums(dataset):

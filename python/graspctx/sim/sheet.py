@@ -116,7 +116,7 @@ def _tile(folder, info, family):
     labelled = labelled.resize((_PICTURE_WIDTH, height), Image.Resampling.LANCZOS, box)
     tile = Image.new("RGB", (2 * _PICTURE_WIDTH, _CAPTION_HEIGHT + height), _PAPER)
     font = ImageFont.load_default(13)
-    text = _caption(folder, info)
+    text = _caption(folder, info, family)
     while font.getlength(text) > tile.width:
         text = text[: text.rfind(" ")]
     ImageDraw.Draw(tile).text((0, 2), text, _INK, font)
@@ -125,17 +125,21 @@ def _tile(folder, info, family):
     return tile
 
 
-def _caption(folder, info):
-    """The scene's name and its named axes."""
-    axes = info.get("axes") or {"table": info.get("table_texture", "")}
-    words = [folder.name.removeprefix("scene_")]
-    for name, value in axes.items():
-        if value is True:
-            words.append(name.replace("_", " "))
-        elif isinstance(value, str):
-            words.append(f"{value} {name}" if value else name)
-        elif isinstance(value, (int, float)) and value is not False:
-            words.append(f"{name.replace('_', ' ')} {value:.3g}")
+def _caption(folder, info, family):
+    """The scene's name, and where it stands on the axes that one sees in a picture."""
+    axes = info.get("axes", {})
+    poses = [str(entry["pose"]) for entry in info["objects"] if entry["family"] == family and "pose" in entry]
+    words = [folder.name, f"{axes.get('table') or info.get('table_texture')} table", *dict.fromkeys(poses)]
+    if "background" in axes:
+        words.append(f"{axes['background']} behind")
+    if axes.get("spacing") == "touching":
+        words.append("touching")
+    if axes.get("occlusion", 0) > 0.05:
+        words.append(f"{100 * axes['occlusion']:.0f} % hidden")
+    if "distance_m" in axes:
+        words.append(f"{axes['distance_m']:.2f} m")
+    if "elevation_deg" in axes:
+        words.append(f"{axes['elevation_deg']:.0f}°")
     return "  ·  ".join(words)
 
 
