@@ -22,6 +22,7 @@ RECORDS = Path(__file__).with_suffix(".json")
 TRAINED = "mug,pencil,wineglass,bowl,eraser,box,book"
 UNTRAINED = "cup,can,bottle,teapot,hammer,screwdriver,spoon,fryingpan"
 LOW = "pencil,eraser,spoon,screwdriver"
+MESHES = ",".join(sorted(map(str, Path(__file__).parent.glob("new_shapes/*.json"))))
 
 
 @dataclass(frozen=True)
@@ -31,44 +32,64 @@ class FixedSet:
     purpose: str
     scenes: int
     seed: int
-    options: str
+    families: str
+    options: str = "--split test"
 
 
 SETS = {
     "smoke": FixedSet(
         "a few small scenes, to see that everything runs",
-        6,
-        101,
-        "--families mug,pencil,wineglass --objects 1-3 --resolution 320x240 --split test",
+        scenes=6,
+        seed=101,
+        families="mug,pencil,wineglass",
+        options="--objects 1-3 --resolution 320x240 --split test",
     ),
     "training": FixedSet(
-        "what the shipped models are trained on", 1200, 1, "--families mug,pencil,wineglass --split train"
+        "what the shipped models are trained on",
+        scenes=1200,
+        seed=1,
+        families="mug,pencil,wineglass",
+        options="--split train",
     ),
     "validation": FixedSet(
-        "for choices, so that the test sets stay unseen", 210, 103, f"--families {TRAINED} --split validation"
+        "for choices, so that the test sets stay unseen",
+        scenes=210,
+        seed=103,
+        families=TRAINED,
+        options="--split validation",
     ),
     "grasp_points": FixedSet(
         "grasp points on new instances of trained classes, 60 of each",
-        420,
-        104,
-        f"--families {TRAINED} --split test",
+        scenes=420,
+        seed=104,
+        families=TRAINED,
     ),
     "new_shapes": FixedSet(
         "grasp points on classes that no model is trained on, 30 of each",
-        240,
-        105,
-        f"--families {UNTRAINED} --split test",
+        scenes=240,
+        seed=105,
+        families=UNTRAINED,
+    ),
+    "new_meshes": FixedSet(
+        "the same on meshes, 10 of each; the variable GRASPCTX_MESHES names their folder",
+        scenes=120,
+        seed=109,
+        families=MESHES,
     ),
     "segmentation": FixedSet(
-        "one object on tables of every texture", 150, 106, f"--families {TRAINED},{UNTRAINED} --split test"
+        "one object, 10 of every class",
+        scenes=150,
+        seed=106,
+        families=f"{TRAINED},{UNTRAINED}",
     ),
     "clutter": FixedSet(
         "three to six objects, some hiding others",
-        90,
-        107,
-        f"--families {TRAINED},{UNTRAINED} --objects 3-6 --split test",
+        scenes=90,
+        seed=107,
+        families=f"{TRAINED},{UNTRAINED}",
+        options="--objects 3-6 --split test",
     ),
-    "low": FixedSet("objects that lie lower than 2 cm", 80, 108, f"--families {LOW} --split test"),
+    "low": FixedSet("objects that lie lower than 2 cm, 20 of each", scenes=80, seed=108, families=LOW),
 }
 
 
@@ -103,7 +124,8 @@ def make_arguments(name: str, out: Path, *, scenes: int | None = None, seed: int
     """Arguments of `python -m graspctx.sim` that make a set."""
     fixed = SETS[name]
     scenes, seed = (fixed.scenes if scenes is None else scenes), (fixed.seed if seed is None else seed)
-    return ["make", str(out), "--scenes", str(scenes), "--seed", str(seed), *fixed.options.split()]
+    drawn = ["--scenes", str(scenes), "--seed", str(seed), "--families", fixed.families]
+    return ["make", str(out), *drawn, *fixed.options.split()]
 
 
 def main(arguments: list[str] | None = None) -> int:

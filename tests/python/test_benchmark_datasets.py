@@ -36,19 +36,6 @@ def smoke(tmp_path_factory):
     return out
 
 
-def test_every_set_is_a_command_that_make_understands(datasets):
-    seeds = []
-    for name, fixed in datasets.SETS.items():
-        options = build_parser().parse_args(datasets.make_arguments(name, Path("OUT")))
-        assert (options.scenes, options.seed) == (fixed.scenes, fixed.seed)
-        assert options.split == (
-            "train" if name == "training" else "validation" if name == "validation" else "test"
-        )
-        assert fixed.scenes % len(options.families) == 0  # as many scenes of each
-        seeds.append(fixed.seed)
-    assert len(set(seeds)) == len(seeds)
-
-
 def test_classes_that_models_are_trained_on_are_not_among_the_new_shapes(datasets):
     assert not set(datasets.TRAINED.split(",")) & set(datasets.UNTRAINED.split(","))
 

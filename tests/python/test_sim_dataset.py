@@ -352,7 +352,9 @@ def test_sheet_of_a_single_scene(dataset, tmp_path):
     single = tmp_path / "single"
     shutil.copytree(dataset / "scene_000001", single / "scene_000001")
     assert main(["sheet", str(single), str(tmp_path / "sheet.png")]) == 0
-    assert Image.open(tmp_path / "sheet.png").size[0] > 1900
+    info = json.loads((dataset / "scene_000001" / "scene.json").read_text())
+    tiles = len({entry["family"] for entry in info["objects"]})
+    assert Image.open(tmp_path / "sheet.png").size == (6 + tiles * 646, 26 + 240 + 12)
 
 
 def test_overlay_outlines_instances_and_tints_labels():

@@ -68,6 +68,8 @@ def _origin(header, scenes):
     if command:
         lines += [f"Rendered by graspctx (looks {header['looks']}, MuJoCo {header['mujoco']}):", ""]
         lines += ["```", command, "```", ""]
+        if any("@" in name for name in header["families"]):
+            lines += ["`NAME@…` stands for the object file of a mesh; the number is its shape's.", ""]
         missing = header["scenes"] - len(scenes)
         if missing > 0:
             lines += [f"**Unfinished**: {_count(missing, 'scene')} missing. The command above goes on.", ""]

@@ -13,12 +13,12 @@ from .stored import DatasetError, read_scene, scene_folders
 
 OUTLINE = np.array([255, 255, 0], np.uint8)
 LABEL = np.array([255, 0, 60], np.uint8)
-_PAPER, _INK, _HEADING = (250, 250, 250), (20, 20, 20), (225, 232, 240)
+_PAPER, _INK = (250, 250, 250), (20, 20, 20)
 _COLUMNS = 3
 _TILES = 24
-"""About as many scenes are shown, and at least one row of every family."""
+"""About as many scenes are shown, and at least a row of every family."""
 _PICTURE_WIDTH, _GAP = 320, 6
-_CAPTION_HEIGHT, _HEADING_HEIGHT = 20, 30
+_CAPTION_HEIGHT = 26
 
 
 def overlay(colour: np.ndarray, instances: np.ndarray, label: np.ndarray) -> np.ndarray:
@@ -39,28 +39,23 @@ def overlay(colour: np.ndarray, instances: np.ndarray, label: np.ndarray) -> np.
 
 
 def write_sheet(dataset: str | os.PathLike, file: str | os.PathLike) -> None:
-    """Write a picture in which every family of a data set has its rows of scenes.
+    """Write a picture in which scenes stand for every family of a data set.
 
     Raises:
         DatasetError: there is no data set, or a picture of it cannot be read.
     """
     scenes = [(folder, read_scene(folder)) for folder in scene_folders(dataset)]
-    rows = []
-    for family, chosen in choose_scenes(scenes).items():
-        holding = sum(family in _families(info) for _, info in scenes)
-        rows.append(_heading(f"{family}: in {holding} of {len(scenes)} scenes"))
-        tiles = [_tile(folder, info, family) for folder, info in chosen]
-        height = max(tile.height for tile in tiles)
-        for start in range(0, len(tiles), _COLUMNS):
-            row = Image.new("RGB", (_sheet_width(), height + _GAP), _PAPER)
-            for column, tile in enumerate(tiles[start : start + _COLUMNS]):
-                row.paste(tile, (_GAP + column * (tile.width + _GAP), 0))
-            rows.append(row)
-    sheet = Image.new("RGB", (_sheet_width(), sum(row.height for row in rows)), _PAPER)
-    top = 0
-    for row in rows:
-        sheet.paste(row, (0, top))
-        top += row.height
+    tiles = [
+        _tile(folder, info, family)
+        for family, chosen in choose_scenes(scenes).items()
+        for folder, info in chosen
+    ]
+    step_u, step_v = tiles[0].width + _GAP, max(tile.height for tile in tiles) + _GAP
+    rows = -(-len(tiles) // _COLUMNS)
+    sheet = Image.new("RGB", (min(len(tiles), _COLUMNS) * step_u + _GAP, rows * step_v + _GAP), _PAPER)
+    for number, tile in enumerate(tiles):
+        row, column = divmod(number, _COLUMNS)
+        sheet.paste(tile, (_GAP + column * step_u, _GAP + row * step_v))
     file = Path(file)
     partial = file.with_name(file.name + ".partial")
     sheet.save(partial, "png")
@@ -91,18 +86,6 @@ def _families(info):
     return list(dict.fromkeys(entry["family"] for entry in info["objects"])) or ["(no object)"]
 
 
-def _sheet_width():
-    return _COLUMNS * (2 * _PICTURE_WIDTH + _GAP) + _GAP
-
-
-def _heading(text):
-    heading = Image.new("RGB", (_sheet_width(), _HEADING_HEIGHT + _GAP), _PAPER)
-    draw = ImageDraw.Draw(heading)
-    draw.rectangle((0, 0, heading.width, _HEADING_HEIGHT), _HEADING)
-    draw.text((_GAP, 4), text, _INK, ImageFont.load_default(20))
-    return heading
-
-
 def _tile(folder, info, family):
     """The left picture, beside it a labelled close-up of the objects of `family`, over them a caption."""
     colour, instances, label = (_read(folder / f"left{name}.png") for name in ("", "_mask", "_label"))
@@ -115,11 +98,11 @@ def _tile(folder, info, family):
     labelled = Image.fromarray(overlay(colour, instances, label))
     labelled = labelled.resize((_PICTURE_WIDTH, height), Image.Resampling.LANCZOS, box)
     tile = Image.new("RGB", (2 * _PICTURE_WIDTH, _CAPTION_HEIGHT + height), _PAPER)
-    font = ImageFont.load_default(13)
-    text = _caption(folder, info, family)
-    while font.getlength(text) > tile.width:
-        text = text[: text.rfind(" ")]
-    ImageDraw.Draw(tile).text((0, 2), text, _INK, font)
+    draw, font = ImageDraw.Draw(tile), ImageFont.load_default(18)
+    draw.text((0, 2), family, _INK, font)
+    draw.text(
+        (font.getlength(family) + 12, 6), _caption(folder, info, family), _INK, ImageFont.load_default(13)
+    )
     tile.paste(whole, (0, _CAPTION_HEIGHT))
     tile.paste(labelled, (_PICTURE_WIDTH, _CAPTION_HEIGHT))
     return tile
