@@ -143,6 +143,48 @@ def _pattern(rng, shape, x, y):
     return image, base
 
 
+def _inside_colour(rng, base):
+    """Of a hollow: often as outside, or pale as glaze; else the outside's pattern goes on."""
+    draw = rng.random()
+    if draw < 0.4:
+        return base
+    if draw < 0.75:
+        return rng.uniform(0.8, 0.95) + rng.uniform(-0.04, 0.04, 3)
+    return random_colour(rng) if draw < 0.9 else None
+
+
+def _metal_colour(rng, _base):
+    """Steel or brass."""
+    tone = (0.75, 0.70, 0.55) if rng.random() < 0.4 else (0.70, 0.71, 0.73)
+    return np.array(tone) * rng.uniform(0.6, 1.2)
+
+
+_PAINTS = {
+    "inside": _inside_colour,
+    "wood": lambda rng, _base: np.array([0.80, 0.62, 0.42]) * rng.uniform(0.55, 1.15),
+    "lead": lambda rng, base: base if rng.random() < 0.4 else rng.uniform(0.1, 0.25),
+    "metal": _metal_colour,
+    "rubber": lambda rng, _base: np.array([0.85, 0.45, 0.45]) if rng.random() < 0.6 else random_colour(rng),
+    "paper": lambda rng, _base: np.array([0.93, 0.91, 0.85]) * rng.uniform(0.75, 1.05),
+    "cap": lambda rng, base: _other_colour(rng, base),
+    "lid": lambda rng, base: random_colour(rng) if rng.random() < 0.25 else None,
+    "base": _metal_colour,
+    "top": _metal_colour,
+}
+"""Parts that are not simply a piece of the outside: the colour of each, or None to let the pattern run on.
+
+Their order is that of the random draws.
+"""
+
+
+def _printed_label(rng, shape, x, y):
+    """(rows, columns, 3) a paper label: one colour with printed shapes on it."""
+    image = np.broadcast_to(random_colour(rng), (*x.shape, 3)).copy()
+    for _ in range(int(rng.integers(1, 4))):
+        _stickers(rng, image, x, y, shape.unrolled_m[1] / shape.unrolled_m[0])
+    return image
+
+
 def object_texture(shape: ObjectShape, texture_seed: int) -> np.ndarray:
     """The texture of an object: one picture for its whole surface, so that no part is set apart by it.
 
@@ -158,20 +200,15 @@ def object_texture(shape: ObjectShape, texture_seed: int) -> np.ndarray:
         low, high = shape.parts[part]
         image[(y >= low) & (y < high)] = colour
 
-    if "inside" in shape.parts:
-        draw = rng.random()
-        if draw < 0.4:
-            paint("inside", base)
-        elif draw < 0.75:
-            paint("inside", rng.uniform(0.8, 0.95) + rng.uniform(-0.04, 0.04, 3))
-        elif draw < 0.9:
-            paint("inside", random_colour(rng))
-    if "lead" in shape.parts:
-        paint("wood", np.array([0.80, 0.62, 0.42]) * rng.uniform(0.75, 1.15))
-        paint("lead", base if rng.random() < 0.4 else rng.uniform(0.1, 0.25))
-    if "metal" in shape.parts:
-        paint("metal", np.array([0.75, 0.70, 0.55]) * rng.uniform(0.7, 1.2))
-        paint("rubber", np.array([0.85, 0.45, 0.45]) if rng.random() < 0.6 else random_colour(rng))
+    for part, draw in _PAINTS.items():
+        if part in shape.parts:
+            colour = draw(rng, base)
+            if colour is not None:
+                paint(part, colour)
+    if "label" in shape.parts and rng.random() < 0.7:
+        low, high = shape.parts["label"]
+        inside = (y >= low) & (y < high)
+        image[inside] = _printed_label(rng, shape, x, y)[inside]
     grain = smooth_noise(rng, size, rng.uniform(1, 30), power=2) * np.float32(rng.uniform(0.002, 0.02))
     return _to_bytes(image + grain[..., None])
 

@@ -108,7 +108,7 @@ def _convex_bands(inner, outer, tolerance_m):
     """Split a chain of slabs until each band's section is convex, to the tolerance; yields its two lines."""
     inner_line, outer_line = inner.reshape(-1, 2), outer.reshape(-1, 2)
     hull = _hull_2d(np.concatenate([inner_line, outer_line]))
-    off = np.maximum(_depth_in_hull(inner_line, hull), _depth_in_hull(outer_line, hull))
+    off = np.maximum(_behind_hull(inner_line, hull, -1), _behind_hull(outer_line, hull, 1))
     if len(inner) == 1 or off.max() <= tolerance_m:
         if outer[-1, 1, 1] - outer[0, 0, 1] > 1e-5:  # thinner ones are noise, and no hull for physics
             yield inner_line, outer_line
@@ -138,11 +138,13 @@ def _hull_2d(points):
     return np.array(half(points) + half(points[::-1]))
 
 
-def _depth_in_hull(points, hull):
-    """(N,) distance of points inside a hull from its border."""
+def _behind_hull(points, hull, side):
+    """(N,) how far points inside a hull lie behind its border on the outer (1) or inner (-1) side."""
     edge = np.roll(hull, -1, axis=0) - hull
+    facing = side * edge[:, 1] > 1e-12  # the ends of a band are cuts, no surface
+    edge, corner = edge[facing], hull[facing]
     edge /= np.linalg.norm(edge, axis=1, keepdims=True)
-    off = points[:, None] - hull
+    off = points[:, None] - corner
     return (edge[:, 0] * off[..., 1] - edge[:, 1] * off[..., 0]).min(axis=1)
 
 

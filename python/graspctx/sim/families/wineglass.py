@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..mesh import lathe
-from .profile import along
+from .profile import along, lying, upside_down
 from .shape import ObjectShape, RestingPose
 from .solids import lathe_solids
 
@@ -105,7 +105,11 @@ def make_wineglass(shape_seed: int) -> ObjectShape:
         mesh=lathe(profile[:, 0], profile[:, 1], v, sides=72, region=in_stem),
         parts={"outside": (0.0, rim_v), "inside": (rim_v, 1.0)},
         unrolled_m=(2 * np.pi * belly * 0.7, length[-1]),
-        resting_poses=(RestingPose("standing", 1.0, np.eye(3)),),
+        resting_poses=(
+            RestingPose("standing", 0.88, np.eye(3)),
+            upside_down(0.04),
+            lying(profile, 0.08),
+        ),
         region_name="stem",
         plain_share=0.4,
         solids_m=lathe_solids(*profile.T, sides=72),
