@@ -6,6 +6,7 @@ no shared folder, and a killed run leaves whole scenes.
 
 from __future__ import annotations
 
+import asyncio
 import concurrent.futures
 import contextlib
 import functools
@@ -47,8 +48,8 @@ def scene_renderer(workers: int = 1, scheduler: str | None = None) -> Iterator[R
         WorkerError: the cluster cannot be used, or, while rendering, a worker was lost.
     """
     if scheduler is not None:
-        with _cluster(scheduler) as (executor, size):
-            yield functools.partial(_spread, executor, size * _WAITING_PER_WORKER)
+        with _cluster(scheduler) as (client, executor):
+            yield functools.partial(_spread_on_cluster, client, executor)
     elif workers > 1:
         with _processes(workers) as executor:
             yield functools.partial(_spread, executor, workers * _WAITING_PER_WORKER)
@@ -78,6 +79,12 @@ def _spread(executor, most_waiting, drawn_from, indices):
     finally:
         for future in waiting:
             future.cancel()
+
+
+def _spread_on_cluster(client, executor, drawn_from, indices):
+    # Sent once: users' meshes take megabytes.
+    sent = client.scatter([drawn_from], broadcast=True)[0]
+    return _spread(executor, sum(client.nthreads().values()) * _WAITING_PER_WORKER, sent, indices)
 
 
 _renderer: Renderer | None = None
@@ -129,7 +136,7 @@ def _start_process():
 
 @contextlib.contextmanager
 def _cluster(address):
-    """(executor, number of worker threads) of a Dask cluster."""
+    """(client, executor) of a Dask cluster that has workers."""
     try:
         import distributed
     except ImportError as error:
@@ -146,14 +153,13 @@ def _cluster(address):
     with client:
         try:
             client.wait_for_workers(1, timeout=CONNECT_SECONDS)
-        except TimeoutError as error:
+        except (TimeoutError, asyncio.TimeoutError) as error:  # two before Python 3.11
             raise WorkerError(
                 f"{address}: the cluster has no workers; start one: dask worker {address}"
             ) from error
-        size = sum(client.nthreads().values())
         with client.get_executor(pure=False) as executor:
             try:
-                yield executor, size
+                yield client, executor
             except ImportError as error:
                 raise WorkerError(
                     f"{address}: a worker cannot render ({error}); install graspctx[sim] for every worker"
