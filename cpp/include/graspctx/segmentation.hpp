@@ -68,6 +68,12 @@ GRASPCTX_EXPORT std::optional<TablePlane> fit_table_plane(const RectifiedPair& p
                                                           const Disparity& disparity,
                                                           const StereoCamera& camera);
 
+/// The object before a plain, light background, from one image (CV_8UC3 BGR or CV_8UC1): CV_8UC1, 255 =
+/// object, all 0 if nothing stands out. The background is what has the colour of the image's border,
+/// brightness falling off across the image and soft shadows included; it shows through holes such as a
+/// handle's. Parts that touch the border are not the object unless there is nothing else.
+GRASPCTX_EXPORT cv::Mat plain_background_mask(const cv::Mat& image);
+
 /// Hypotheses from a caller's own instance mask: CV_8UC1 of the image's size, each value > 0 one object.
 /// Throws InvalidInput for another type or size. An all-zero mask holds no object.
 GRASPCTX_EXPORT Segmentation segmentation_from_mask(const cv::Mat& instance_ids, const cv::Size& image_size);
