@@ -4,6 +4,7 @@
 
 #include "commands.hpp"
 #include "common.hpp"
+#include "dataset_arguments.hpp"
 #include "graspctx/evaluation.hpp"
 #include "graspctx/io/dataset_files.hpp"
 #include "graspctx/io/model_file.hpp"
@@ -16,8 +17,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 struct EvaluateArguments {
-  std::string dataset, model, json;
-  std::vector<std::string> classes;
+  DatasetArguments dataset;
+  std::string model, json;
 };
 
 std::string interval_text(const Interval& interval) {
@@ -75,9 +76,10 @@ std::string evaluation_json(const LoadedModel& loaded, const std::vector<ClassEv
 void evaluate(const EvaluateArguments& arguments) {
   check_outputs({arguments.json});
   const LoadedModel loaded = load_model(arguments.model);
-  const std::vector<LabelledView> views = load_dataset(arguments.dataset, arguments.classes);
+  const std::vector<LabelledView> views =
+      load_dataset(arguments.dataset.dataset, arguments.dataset.options());
   std::vector<ClassEvaluation> rows;
-  naming(arguments.dataset, [&] { rows = evaluate_model(loaded.model, views); });
+  naming(arguments.dataset.dataset, [&] { rows = evaluate_model(loaded.model, views); });
   if (arguments.json.empty()) {
     write_outputs({{standard_output, evaluation_table(rows)}});
   } else {
@@ -91,22 +93,21 @@ void add_evaluate(CLI::App& program) {
   CLI::App& command =
       *program.add_subcommand("evaluate", "Measure a model on a labelled data set, with the true masks.");
   const auto arguments = std::make_shared<EvaluateArguments>();
-  command.add_option("DATASET", arguments->dataset, "folder of the data set")->required();
+  add_dataset_arguments(command, arguments->dataset);
   command.add_option("--model", arguments->model, "a shipped model or a .safetensors file")
       ->required()
       ->type_name("NAME|FILE");
-  command.add_option("--classes", arguments->classes, "object families to look at; all by default")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->type_name("A,B");
   command
       .add_option("--json", arguments->json, "write the figures as JSON instead of a table; - prints them")
       ->type_name("FILE|-");
   command.footer(
+      std::string(dataset_help) +
       "AP: average precision over patches. ECE: expected calibration error. top-1: share of views whose "
       "most\n"
       "probable patch lies on the label, with its 95 % Wilson interval.\n"
-      "Example: graspctx_cli evaluate data/mugs_test --model mug");
+      "Example: graspctx_cli evaluate data/mugs_test --model mug\n"
+      "Example: graspctx_cli evaluate annotations/instances_val.json --object-label cup --grasp-label handle "
+      "--model mug");
   command.callback([arguments] { evaluate(*arguments); });
 }
 

@@ -5,6 +5,7 @@
 
 #include "commands.hpp"
 #include "common.hpp"
+#include "dataset_arguments.hpp"
 #include "graspctx/dataset.hpp"
 #include "graspctx/grasp_model.hpp"
 #include "graspctx/io/dataset_files.hpp"
@@ -18,26 +19,24 @@ namespace {
 namespace fs = std::filesystem;
 
 struct TrainArguments {
-  std::string dataset, output, name;
-  std::vector<std::string> classes;
+  DatasetArguments dataset;
+  std::string output, name;
   std::uint32_t seed = TrainOptions().seed;
 };
 
 /// The command that makes this model again.
 std::string command_text(const TrainArguments& arguments) {
-  std::string text = "graspctx_cli train " + arguments.dataset + " --output " + arguments.output;
-  for (std::size_t i = 0; i < arguments.classes.size(); ++i) {
-    text += (i == 0 ? " --classes " : ",") + arguments.classes[i];
-  }
+  std::string text = "graspctx_cli train " + arguments.dataset.dataset + " --output " + arguments.output +
+                     arguments.dataset.options_text();
   if (!arguments.name.empty()) text += " --name " + arguments.name;
   if (arguments.seed != TrainOptions().seed) text += " --seed " + std::to_string(arguments.seed);
   return text;
 }
 
-/// The data set's own account of itself, on one line; empty if it has none.
-std::string dataset_header(const fs::path& dataset) {
+/// The data set's own account of itself, on one line; only the project's own layout has one.
+std::string dataset_header(const fs::path& dataset, DatasetFormat format) {
   const fs::path file = dataset / "dataset.json";
-  if (!fs::exists(file)) return "";
+  if (format != DatasetFormat::graspctx) return "";
   const std::vector<std::uint8_t> bytes = read_file(file);
   const auto header = nlohmann::json::parse(bytes.begin(), bytes.end(), nullptr, false);
   return header.is_discarded() ? "" : header.dump();
@@ -58,7 +57,12 @@ void train(const TrainArguments& arguments) {
   check_outputs({arguments.output});
   Progress progress;
   progress.show(0, "reading the data set");
-  const std::vector<LabelledView> views = load_dataset(arguments.dataset, arguments.classes);
+  const std::string& dataset = arguments.dataset.dataset;
+  DatasetOptions dataset_options = arguments.dataset.options();
+  if (dataset_options.format == DatasetFormat::detect) {
+    dataset_options.format = detect_dataset_format(dataset);
+  }
+  const std::vector<LabelledView> views = load_dataset(dataset, dataset_options);
   const DescriptorOptions descriptor;
   AugmentOptions augment;
   augment.seed = arguments.seed;
@@ -68,7 +72,7 @@ void train(const TrainArguments& arguments) {
   options.progress = [&](double share, const std::string& what) { progress.show(0.3 + 0.7 * share, what); };
 
   GraspModel model;
-  naming(arguments.dataset, [&] {
+  naming(dataset, [&] {
     const TrainingSet set = build_training_set(views, descriptor, augment, [&](double share) {
       progress.show(0.3 * share, "describing the views");
     });
@@ -83,7 +87,8 @@ void train(const TrainArguments& arguments) {
   model.provenance["views"] = std::to_string(views.size());
   model.provenance["graspctx"] = version;
   model.provenance["opencv"] = CV_VERSION;
-  if (const std::string header = dataset_header(arguments.dataset); !header.empty()) {
+  model.provenance["dataset_format"] = name_of(dataset_options.format);
+  if (const std::string header = dataset_header(dataset, dataset_options.format); !header.empty()) {
     model.provenance["dataset"] = header;
   }
   save_model(model, arguments.output);
@@ -94,21 +99,19 @@ void train(const TrainArguments& arguments) {
 void add_train(CLI::App& program) {
   CLI::App& command = *program.add_subcommand("train", "Train a model on a labelled data set.");
   const auto arguments = std::make_shared<TrainArguments>();
-  command.add_option("DATASET", arguments->dataset, "folder of the data set")->required();
+  add_dataset_arguments(command, arguments->dataset);
   command.add_option("--output", arguments->output, "the model to write: a .safetensors file")
       ->required()
       ->type_name("MODEL");
-  command.add_option("--classes", arguments->classes, "object families to train on; all by default")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->type_name("A,B");
   command.add_option("--name", arguments->name, "the model's name; by default the file's")->type_name("NAME");
   command.add_option("--seed", arguments->seed, "of the mask augmentation and the folds")
       ->type_name("N")
       ->capture_default_str();
-  command.footer(
-      "Families whose grasp regions contradict each other are better trained apart.\n"
-      "Example: graspctx_cli train data/mugs --output mug.safetensors --classes mug");
+  command.footer(std::string(dataset_help) +
+                 "Families whose grasp regions contradict each other are better trained apart.\n"
+                 "Example: graspctx_cli train data/mugs --output mug.safetensors --classes mug\n"
+                 "Example: graspctx_cli train photographs --object-label mug --grasp-label handle --output "
+                 "mug.safetensors");
   command.callback([arguments] { train(*arguments); });
 }
 

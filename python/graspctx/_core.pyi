@@ -1068,9 +1068,15 @@ def build_training_set(
     degraded_masks: such copies of each view. progress: called with the share done; what it raises ends the work.
     """
 
-def check_dataset(folder: os.PathLike | str | bytes) -> list[str]:
+def check_dataset(
+    path: os.PathLike | str | bytes,
+    *,
+    format: str = ...,
+    object_labels: collections.abc.Sequence[str] = ...,
+    grasp_labels: collections.abc.Sequence[str] = ...,
+) -> list[str]:
     """
-    Every problem of a data set, one line each; empty if it is sound.
+    The problems of a data set, one line each, the first 200; empty if it is sound. Options as for load_dataset.
     """
 
 def compute_disparity(
@@ -1267,10 +1273,16 @@ def foveal_view(
     """
 
 def load_dataset(
-    folder: os.PathLike | str | bytes, *, classes: collections.abc.Sequence[str] = ..., views: str = ...
+    path: os.PathLike | str | bytes,
+    *,
+    classes: collections.abc.Sequence[str] = ...,
+    views: str = ...,
+    format: str = ...,
+    object_labels: collections.abc.Sequence[str] = ...,
+    grasp_labels: collections.abc.Sequence[str] = ...,
 ) -> list[LabelledView]:
     """
-    The labelled views of a data set (docs/dataset-format.md). classes: only these; empty for all. views: 'left' or 'both'. Raises InvalidInput naming the file.
+    The labelled views of a data set (docs/dataset-format.md). classes: only these; empty for all. views: 'left' or 'both'. format: 'graspctx', 'saxena', 'labelme' or 'coco'. object_labels, grasp_labels: what labelme and COCO call them. Raises InvalidInput naming the file.
     """
 
 def load_model(name_or_path: os.PathLike | str | bytes) -> GraspModel:

@@ -21,6 +21,25 @@ DatasetViews which_views(const std::string& name) {
   throw py::value_error("views: expected 'left' or 'both', got '" + name + "'");
 }
 
+DatasetOptions dataset_options(const std::string& format, std::vector<std::string> classes,
+                               std::vector<std::string> object_labels,
+                               std::vector<std::string> grasp_labels) {
+  DatasetOptions options;
+  bool is_known = false;
+  for (const DatasetFormat known : {DatasetFormat::detect, DatasetFormat::graspctx, DatasetFormat::saxena,
+                                    DatasetFormat::labelme, DatasetFormat::coco}) {
+    if (format == name_of(known)) options.format = known, is_known = true;
+  }
+  if (!is_known) {
+    throw py::value_error("format: expected 'detect', 'graspctx', 'saxena', 'labelme' or 'coco', got '" +
+                          format + "'");
+  }
+  options.classes = std::move(classes);
+  options.object_labels = std::move(object_labels);
+  options.grasp_labels = std::move(grasp_labels);
+  return options;
+}
+
 }  // namespace
 
 void bind_dataset(py::module_& m) {
@@ -68,19 +87,33 @@ void bind_dataset(py::module_& m) {
 
   m.def(
       "load_dataset",
-      [](const std::filesystem::path& folder, const std::vector<std::string>& classes,
-         const std::string& views) {
-        const DatasetViews wanted = which_views(views);
-        return without_gil([&] { return load_dataset(folder, classes, wanted); });
+      [](const std::filesystem::path& path, const std::vector<std::string>& classes, const std::string& views,
+         const std::string& format, const std::vector<std::string>& object_labels,
+         const std::vector<std::string>& grasp_labels) {
+        DatasetOptions options = dataset_options(format, classes, object_labels, grasp_labels);
+        options.views = which_views(views);
+        return without_gil([&] { return load_dataset(path, options); });
       },
-      py::arg("folder"), py::kw_only(), py::arg("classes") = std::vector<std::string>(),
-      py::arg("views") = "both",
+      py::arg("path"), py::kw_only(), py::arg("classes") = std::vector<std::string>(),
+      py::arg("views") = "both", py::arg("format") = "detect",
+      py::arg("object_labels") = std::vector<std::string>(),
+      py::arg("grasp_labels") = std::vector<std::string>(),
       "The labelled views of a data set (docs/dataset-format.md). classes: only these; empty for all. views: "
-      "'left' or 'both'. Raises InvalidInput naming the file.");
+      "'left' or 'both'. format: 'graspctx', 'saxena', 'labelme' or 'coco'. object_labels, grasp_labels: "
+      "what "
+      "labelme and COCO call them. Raises InvalidInput naming the file.");
   m.def(
       "check_dataset",
-      [](const std::filesystem::path& folder) { return without_gil([&] { return check_dataset(folder); }); },
-      py::arg("folder"), "Every problem of a data set, one line each; empty if it is sound.");
+      [](const std::filesystem::path& path, const std::string& format,
+         const std::vector<std::string>& object_labels, const std::vector<std::string>& grasp_labels) {
+        const DatasetOptions options = dataset_options(format, {}, object_labels, grasp_labels);
+        return without_gil([&] { return check_dataset(path, options).problems; });
+      },
+      py::arg("path"), py::kw_only(), py::arg("format") = "detect",
+      py::arg("object_labels") = std::vector<std::string>(),
+      py::arg("grasp_labels") = std::vector<std::string>(),
+      "The problems of a data set, one line each, the first 200; empty if it is sound. Options as for "
+      "load_dataset.");
 
   DescriptorOptions descriptor;
   AugmentOptions augment;

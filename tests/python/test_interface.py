@@ -161,7 +161,9 @@ def test_unknown_options_are_refused(pair, camera, model, mask, detection):
     }
     with pytest.raises(TypeError):
         gc.load_dataset(".", smaples=3)
-    assert set(functions_with_options()) <= {*calls, "load_dataset"}
+    with pytest.raises(TypeError):
+        gc.check_dataset(".", smaples=3)
+    assert set(functions_with_options()) <= {*calls, "check_dataset", "load_dataset"}
     for name, call in calls.items():
         with pytest.raises(TypeError, match=rf"{name}\(\).*'smaples'"):
             call(smaples=3)
