@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "detail/check.hpp"
+#include "detail/quantile.hpp"
 #include "graspctx/segmentation.hpp"
 
 namespace graspctx {
@@ -21,12 +22,6 @@ cv::Mat lab_of(const cv::Mat& image) {
   colour.convertTo(colour, CV_32F, 1 / 255.0);
   cv::cvtColor(colour, lab, cv::COLOR_BGR2Lab);
   return lab;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// One channel of the background: a quadratic surface over the image, since light falls off, and the spread
@@ -47,12 +42,12 @@ BackgroundChannel fit_background(const cv::Mat& lab, int channel, const std::vec
   std::vector<double> values, residuals(border.size());
   for (const cv::Point& pixel : border) values.push_back(lab.at<Lab>(pixel)[channel]);
   BackgroundChannel background;
-  background.surface[0] = median(values);
+  background.surface[0] = detail::median(values);
   for (int round = 0; round < 6; ++round) {
     for (std::size_t i = 0; i < border.size(); ++i) {
       residuals[i] = std::abs(values[i] - background.surface.dot(surface_terms(border[i], lab.size())));
     }
-    background.sigma = robust_sigma * median(residuals);
+    background.sigma = robust_sigma * detail::median(residuals);
     const double limit = 3 * std::max(background.sigma, 0.3);
     Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Identity() * 1e-6;
     Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
@@ -185,9 +180,9 @@ cv::Mat hard_shadows(const cv::Mat& object, const Comparison& compared) {
         if (component.at<uchar>(v, u) != 0) shares.push_back(share.at<float>(v, u));
       }
     }
-    const double middle = median(shares);
+    const double middle = detail::median(shares);
     for (const double value : shares) deviations.push_back(std::abs(value - middle));
-    if (median(deviations) < same_share) result(box).setTo(255, component);
+    if (detail::median(deviations) < same_share) result(box).setTo(255, component);
   }
   return result;
 }
