@@ -14,7 +14,8 @@ Image = pytest.importorskip("PIL.Image", reason="rendered scenes need the extra 
 
 from graspctx.sim import FAMILIES, draw_scene, make_object  # noqa: E402
 from graspctx.sim.mesh import corner_normals  # noqa: E402
-from graspctx.sim.textures import TABLE_TEXTURES, object_texture, surface_texture  # noqa: E402
+from graspctx.sim.surfaces import SURFACE_KINDS, surface_texture  # noqa: E402
+from graspctx.sim.textures import object_texture  # noqa: E402
 
 SCENES = 9
 
@@ -139,8 +140,10 @@ def test_table_pixels_lie_on_the_table_plane(scenes):
         down = np.where(seen, points @ plane["normal"], -1.0)
         on_plane = points * (-plane["offset_m"] / down)[..., None]
         away = np.linalg.norm(on_plane - middle, axis=-1)
-        on_table = seen & (down < 0) & (scene.left_mask == 0) & (away < 0.34)
-        assert on_table.mean() > 0.2
+        # A wall close behind the objects hides a part of it.
+        reach = 0.34 if scene.info["axes"]["background"] != "wall" else 0.03
+        on_table = seen & (down < 0) & (scene.left_mask == 0) & (away < reach)
+        assert on_table.mean() > (0.2 if reach > 0.1 else 0)
         assert np.abs(height[on_table]).max() < 1e-4
         # Around the objects there is table only.
         v, u = np.nonzero(scene.left_mask)
@@ -296,12 +299,12 @@ def test_textures_are_periodic_and_repeatable():
         assert (texture == object_texture(shape, 11)).all()
         assert (texture != object_texture(shape, 12)).any()
     contrast = {}
-    for kind in TABLE_TEXTURES:
+    for kind in SURFACE_KINDS:
         pixels = [surface_texture(seed, kind, 128).astype(float) for seed in range(8)]
         contrast[kind] = np.mean([p.std(axis=(0, 1)).mean() for p in pixels])
     assert contrast["uniform"] == 0
     assert 0.5 < contrast["faint"] < 8 < contrast["textured"]
-    with pytest.raises(ValueError, match=r"unknown table texture 'shiny'; known: textured"):
+    with pytest.raises(ValueError, match=r"unknown surface 'shiny'; known: textured"):
         surface_texture(1, "shiny")
 
 

@@ -70,7 +70,7 @@ def test_two_workers_make_the_same_files_as_this_process(dataset, tmp_path):
         tmp_path / "two", SCENES, SEED, **OPTIONS, workers=2, progress=lambda *now: counts.append(now)
     )
     assert digests(tmp_path / "two") == digests(dataset)
-    assert len(digests(dataset)) == 1 + 9 * SCENES
+    assert len(digests(dataset)) == 1 + 10 * SCENES
     assert counts == [(finished, 0) for finished in range(SCENES + 1)]
 
 
@@ -87,7 +87,7 @@ def test_a_scene_does_not_depend_on_the_number_of_scenes(dataset, tmp_path):
     assert make(tmp_path / "few", 2).returncode == 0
     whole, few = digests(dataset), digests(tmp_path / "few")
     few.pop("dataset.json"), few.pop("README.md")
-    assert few == {name: whole[name] for name in few} and len(few) == 2 * 9
+    assert few == {name: whole[name] for name in few} and len(few) == 2 * 10
 
 
 @pytest.mark.parametrize("how, workers", [(signal.SIGKILL, 1), (signal.SIGINT, 2)])

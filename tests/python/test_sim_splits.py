@@ -40,7 +40,7 @@ def test_scenes_of_two_splits_share_nothing_that_is_drawn():
     }
     for split, scenes in drawn.items():
         for scene in scenes:
-            seeds = [scene.table_texture_seed, *scene.surface_seeds]
+            seeds = [scene.table.texture_seed, *scene.background.texture_seeds]
             for placed in scene.objects:
                 seeds += [placed.shape.shape_seed, placed.texture_seed]
             assert {split_of(seed) for seed in seeds} == {split}

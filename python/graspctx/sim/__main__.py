@@ -8,6 +8,7 @@ import sys
 import time
 from pathlib import Path
 
+from .difficulty import CHOICES, DIFFICULTIES, LIMITS, with_axis
 from .families import FAMILIES
 from .mesh_command import MESHES_HELP, add_mesh_command
 from .splits import SPLITS
@@ -80,6 +81,14 @@ def _resolution(text):
     return value
 
 
+def _axis(text):
+    try:
+        with_axis(DIFFICULTIES["default"], text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    return text
+
+
 def build_parser() -> argparse.ArgumentParser:
     """The parser of the command line."""
     parser = argparse.ArgumentParser(
@@ -128,6 +137,22 @@ def _add_make(commands):
         choices=SPLITS,
         default="train",
         help="draw shapes and textures of this split; sets of two splits share none (default: train)",
+    )
+    make.add_argument(
+        "--difficulty",
+        choices=list(DIFFICULTIES),
+        default="default",
+        help="what tables, poses, cameras and sensors are drawn from (default: default)",
+    )
+    make.add_argument(
+        "--axis",
+        metavar="AXIS=VALUE",
+        type=_axis,
+        action="append",
+        default=[],
+        help="change one axis of it: names with commas between them, a number or a range, such as "
+        "table=faint,uniform or occlusion=0.3-0.7; again for another axis. Axes: "
+        + ", ".join([*CHOICES, *LIMITS]),
     )
     where = make.add_mutually_exclusive_group()
     where.add_argument("--workers", metavar="W", type=_at_least(1), default=1, help="processes (default: 1)")
@@ -183,6 +208,7 @@ def main(arguments: list[str] | None = None) -> int:
 def _make(options) -> int:
     from .card import write_card
     from .dataset import make_dataset
+    from .scene import NoViewError
     from .workers import WorkerError
 
     if options.sheet:
@@ -201,6 +227,8 @@ def _make(options) -> int:
                 objects=options.objects,
                 image_size=options.resolution,
                 split=options.split,
+                difficulty=options.difficulty,
+                axes=options.axis,
                 workers=options.workers,
                 scheduler=options.scheduler,
                 progress=progress,
@@ -208,6 +236,9 @@ def _make(options) -> int:
     except KeyboardInterrupt:
         print(f"graspctx.sim: interrupted: {progress.state(options.out)}", file=sys.stderr)
         return 130
+    except NoViewError as error:
+        print(f"graspctx.sim: {error}", file=sys.stderr)
+        return 2
     except WorkerError as error:
         state = f": {progress.state(options.out)}" if progress.finished else ""
         print(f"graspctx.sim: {error}{state}", file=sys.stderr)

@@ -59,6 +59,7 @@ def make_command(header: dict) -> str | None:
         f"python -m graspctx.sim make OUT --scenes {header['scenes']} --seed {header['seed']}"
         f" --families {','.join(header['families'])} --objects {few}-{most}"
         f" --resolution {width}x{height} --split {header['split']}"
+        f" --difficulty {header['difficulty']}" + "".join(f" --axis {axis}" for axis in header["axes"])
     )
 
 
@@ -127,7 +128,7 @@ def _axes(scenes):
         for name, value in _items(scene):
             values[f"{name}"].append(value)
         for entry in scene["objects"]:
-            for name, value in _items(entry):
+            for name, value in _object_items(entry):
                 values[f"{name} (object)"].append(value)
     parts = []
     numeric = []
@@ -160,6 +161,13 @@ def _items(record):
     axes = record.get("axes")
     named = {key: record[key] for key in _OBJECT_AXES if key in record}
     return {**named, **(axes if isinstance(axes, dict) else {})}.items()
+
+
+def _object_items(entry):
+    for name in ("pose", "low", "height_m", "visible_share"):
+        if name in entry:
+            value = entry[name]
+            yield name, value["left"] if isinstance(value, dict) else value
 
 
 def _checksums(dataset):

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import importlib.metadata
 import json
 import os
 import re
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from .difficulty import DIFFICULTIES, with_axis
 from .families import FAMILIES, ObjectShape
 from .scene_files import LOOKS, encode_json
 from .splits import split_number
@@ -32,6 +34,8 @@ def make_dataset(
     objects: tuple[int, int] = (1, 1),
     image_size: tuple[int, int] = (640, 480),
     split: str = "train",
+    difficulty: str = "default",
+    axes: Sequence[str] = (),
     workers: int = 1,
     scheduler: str | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -44,17 +48,21 @@ def make_dataset(
     Args:
         out: folder to write; made if missing.
         scenes: number of scenes.
-        seed: scene i depends on (seed, i) and on the options down to `split` alone.
+        seed: scene i depends on (seed, i) and on the options down to `axes` alone.
         families: names of object families, or objects (users' meshes); None for all families.
         objects: (fewest, most) objects in a scene.
         image_size: (width, height) px.
         split: "train", "validation" or "test"; two splits share no shape and no texture.
+        difficulty: name in DIFFICULTIES: what the scenes are drawn from.
+        axes: changes of it, such as "table=faint"; see with_axis.
         workers: processes; 1 renders in this one.
         scheduler: address of a Dask scheduler, such as "tcp://10.0.0.1:8786": its workers render instead.
         progress: called at the start and after each scene with the number of scenes that stand in `out`, and
             how many of them stood there before.
 
     Raises:
+        ValueError: an axis or its value is not known.
+        NoViewError: objects do not fit into the views that the axes ask for.
         DatasetError: `out` holds something else, or another process is writing to it.
         WorkerError: the cluster cannot be used, or a worker died.
     """
@@ -74,9 +82,12 @@ def make_dataset(
         "scenes": scenes,
         **drawn_from,
         "families": [name if isinstance(name, str) else name.content_name() for name in families],
+        "difficulty": difficulty,
+        "axes": list(axes),
         "looks": LOOKS,
         "mujoco": importlib.metadata.version("mujoco"),
     }
+    drawn_from["difficulty"] = functools.reduce(with_axis, axes, DIFFICULTIES[difficulty])
     _check_output(out, header)
     # Workers first: nothing is written when there are none.
     needed = len(_scenes_done(out)) < scenes

@@ -1,36 +1,20 @@
 """Render a drawn scene with MuJoCo: colour, and the truth: instances, grasp regions, depth."""
 
-import os
-import subprocess
-import sys
 from dataclasses import dataclass
 
 import numpy as np
 
+from .gl import load_mujoco
 from .mesh import Mesh, corner_normals
-from .scene import PlacedObject, Scene
-from .splits import split_number
-from .textures import object_texture, surface_texture
+from .placing import PlacedObject
+from .scene import Scene
+from .sensor import exposure_factor, photograph
+from .surfaces import surface_texture
+from .textures import object_texture
 
-_COLOUR, _TRUTH, _ROOM = 0, 1, 2  # geom groups: what the picture, the truth, and both are made of
-_SUPERSAMPLING = 2
-
-
-def choose_gl() -> str:
-    """Set MUJOCO_GL, unless it is set: EGL where a context can be made, else OSMesa.
-
-    Must come before `import mujoco`. A trial process decides: a failed attempt cannot be undone in this one.
-    """
-    if "MUJOCO_GL" not in os.environ and "mujoco" not in sys.modules and sys.platform.startswith("linux"):
-        trial = "import mujoco; context = mujoco.GLContext(8, 8); context.make_current(); context.free()"
-        works = subprocess.run(
-            [sys.executable, "-c", trial],
-            env={**os.environ, "MUJOCO_GL": "egl"},
-            capture_output=True,
-            check=False,
-        )
-        os.environ["MUJOCO_GL"] = "egl" if works.returncode == 0 else "osmesa"
-    return os.environ.get("MUJOCO_GL", "")
+_COLOUR, _TRUTH, _ROOM, _ALONE = 0, 1, 2, 3
+"""Geom groups: what the picture, the truth, both, and the truth of a single object are made of."""
+_SUPERSAMPLING = 1.5
 
 
 @dataclass(frozen=True)
@@ -42,22 +26,21 @@ class View:
         instances: uint8, object id, 0 for the background.
         region: bool, visible grasp region.
         depth_m: float64, Z along the optical axis; the far plane where nothing is.
+        unhidden_px: for each object id the number of pixels it would cover if it stood there alone.
     """
 
     colour: np.ndarray
     instances: np.ndarray
     region: np.ndarray
     depth_m: np.ndarray
+    unhidden_px: dict[int, int]
 
 
 class Renderer:
     """Holds the graphics context; renders any number of scenes."""
 
     def __init__(self) -> None:
-        choose_gl()
-        import mujoco
-
-        self._mujoco = mujoco
+        self._mujoco = mujoco = load_mujoco()
         self._gl = mujoco.GLContext(64, 64)
         self._gl.make_current()
 
@@ -82,16 +65,16 @@ class Renderer:
             mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, context)
             context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
             drawer = _Drawer(mujoco, model, data, context, owners)
-            entropy = [scene.seed, scene.index, split_number(scene.split), 1]
-            sensor_rng = np.random.default_rng(np.random.SeedSequence(entropy))
-            (left_colour, left), (right_colour, right) = (drawer.draw(scene, side) for side in (0, 1))
-            exposure = _exposure(left_colour[::8, ::8], scene.sensor.brightness)
+            light, truths = zip(*(drawer.draw(scene, side) for side in (0, 1)))
         finally:
             context.free()
-        return (
-            View(_sensor(left_colour, scene.sensor, exposure * scene.sensor.gain[0], sensor_rng), *left),
-            View(_sensor(right_colour, scene.sensor, exposure * scene.sensor.gain[1], sensor_rng), *right),
+        rng = np.random.default_rng(np.random.SeedSequence([scene.seed, scene.index, 1]))
+        exposure = exposure_factor(light[0][::8, ::8], scene.sensor.brightness)
+        left, right = (
+            View(photograph(light[side], scene.camera.image_size, scene.sensor, factor, rng), *truths[side])
+            for side, factor in enumerate((exposure, exposure * scene.sensor.exposure_ratio))
         )
+        return left, right
 
 
 class _Drawer:
@@ -102,39 +85,65 @@ class _Drawer:
         self.view = mujoco.MjvScene(model, maxgeom=200)
 
     def draw(self, scene: Scene, side: int):
-        """One camera: the supersampled colour (2H, 2W, 3), and (instances, region, depth_m) as in View."""
+        """One camera: the light on a finer grid than the image's, and the truth, in the order of View."""
         mujoco = self.mujoco
         width, height = scene.camera.image_size
-        self._select(side, _COLOUR)
-        big = mujoco.MjrRect(0, 0, width * _SUPERSAMPLING, height * _SUPERSAMPLING)
-        colour = np.empty((big.height, big.width, 3), np.uint8)
-        mujoco.mjr_render(big, self.view, self.context)
-        mujoco.mjr_readPixels(colour, None, big, self.context)
+        self._select(scene, side, _COLOUR, _ROOM)
+        fine = mujoco.MjrRect(0, 0, *_fine_size(scene))
+        light = np.empty((fine.height, fine.width, 3), np.uint8)
+        mujoco.mjr_render(fine, self.view, self.context)
+        mujoco.mjr_readPixels(light, None, fine, self.context)
 
-        self._select(side, _TRUTH)
         flags = self.view.flags
         flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = True
-        rect = mujoco.MjrRect(0, 0, width, height)
-        code, depth = np.empty((height, width, 3), np.uint8), np.empty((height, width), np.float32)
+        self._select(scene, side, _TRUTH, _ROOM)
+        depth = np.empty((height, width), np.float32)
+        ids, instance_of, region_of = self._truth(width, height, depth)
+        instances, region = instance_of[ids], region_of[ids]
+        unhidden_px = {}
+        for placed in scene.objects:
+            unhidden_px[placed.id] = (
+                int(np.count_nonzero(instances == placed.id))
+                if len(scene.objects) == 1
+                else self._alone_px(scene, side, placed.id)
+            )
+        flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = False
+        return np.flipud(light), (instances, region, self._metres(np.flipud(depth)), unhidden_px)
+
+    def _truth(self, width, height, depth=None):
+        """(H, W) numbers of what is selected; for each number the object's id, and whether it is region."""
+        mujoco = self.mujoco
+        rect, code = mujoco.MjrRect(0, 0, width, height), np.empty((height, width, 3), np.uint8)
         mujoco.mjr_render(rect, self.view, self.context)
         mujoco.mjr_readPixels(code, depth, rect, self.context)
-        flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = flags[mujoco.mjtRndFlag.mjRND_IDCOLOR] = False
-
         instance_of, region_of = np.zeros(257, np.uint8), np.zeros(257, bool)
         for geom in self.view.geoms[: self.view.ngeom]:
             owner, region = self.owners.get(geom.objid, (0, False))
             instance_of[geom.segid + 1], region_of[geom.segid + 1] = owner, region
-        ids = np.flipud(code[..., 0])  # fewer than 255 geoms: the first byte is the number
-        return np.flipud(colour), (instance_of[ids], region_of[ids], self._metres(np.flipud(depth)))
+        return np.flipud(code[..., 0]), instance_of, region_of  # under 255 geoms: one byte is the number
 
-    def _select(self, side, group):
+    def _alone_px(self, scene, side, object_id):
+        own = [geom for geom, (owner, _) in self.owners.items() if owner == object_id]
+        self.model.geom_group[own] = _ALONE
+        self._select(scene, side, _ALONE)
+        self.model.geom_group[own] = _TRUTH
+        ids, instance_of, _ = self._truth(*scene.camera.image_size)
+        return int(np.count_nonzero(instance_of[ids]))
+
+    def _select(self, scene, side, *groups):
         mujoco = self.mujoco
         camera, option = mujoco.MjvCamera(), mujoco.MjvOption()
         camera.type, camera.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, side
         option.geomgroup[:] = 0
-        option.geomgroup[[group, _ROOM]] = 1
+        option.geomgroup[list(groups)] = 1
         everything = mujoco.mjtCatBit.mjCAT_ALL.value
         mujoco.mjv_updateScene(self.model, self.data, option, None, camera, everything, self.view)
+        if side == 1:
+            # Lower in the picture is a window that is shifted up.
+            for eye in self.view.camera:
+                shift = scene.sensor.vertical_offset_px / scene.camera.focal_px * eye.frustum_near
+                eye.frustum_bottom += shift
+                eye.frustum_top += shift
 
     def _metres(self, buffer):
         near = self.model.vis.map.znear * self.model.stat.extent
@@ -143,38 +152,18 @@ class _Drawer:
         return near * far / (near + buffer.astype(np.float64) * (far - near))
 
 
-def _exposure(colour: np.ndarray, brightness: float) -> float:
-    """The factor that brings the mean to `brightness`, within reason, without burning out highlights."""
-    highlights = max(float(np.quantile(colour, 0.995)), 1.0)
-    return float(
-        np.clip(brightness / max(float(colour.mean()), 1.0), 0.8, min(2.0, max(0.8, 245 / highlights)))
-    )
-
-
-def _sensor(big: np.ndarray, sensor, gain: float, rng) -> np.ndarray:
-    """Average the samples of each pixel, then gain, blur and noise. (2H, 2W, 3) to (H, W, 3) uint8."""
-    summed = big[0::2, 0::2].astype(np.float32)
-    for row, column in ((0, 1), (1, 0), (1, 1)):
-        summed += big[row::2, column::2]
-    image = summed * np.float32(gain / 4)
-    if sensor.blur_px > 0.1:
-        tail = np.exp(-0.5 / sensor.blur_px**2)
-        centre, tail = np.float32(1 / (1 + 2 * tail)), np.float32(tail / (1 + 2 * tail))
-        for _ in range(2):
-            padded = np.pad(image, ((1, 1), (0, 0), (0, 0)), mode="edge")
-            image = (centre * image + tail * (padded[:-2] + padded[2:])).swapaxes(0, 1)
-    image = image + rng.standard_normal(image.shape, dtype=np.float32) * np.float32(sensor.noise)
-    return np.clip(image + 0.5, 0, 255).astype(np.uint8)
+def _fine_size(scene):
+    """(width, height) of the grid that colour is rendered on."""
+    return tuple(round(_SUPERSAMPLING * size) for size in scene.camera.image_size)
 
 
 def _build_model(mujoco, scene: Scene):
     """The compiled scene, and {geom id: (object id, is grasp region)} of the geoms that carry the truth."""
     spec = mujoco.MjSpec()
-    width, height = scene.camera.image_size
     visual = spec.visual
-    visual.global_.offwidth, visual.global_.offheight = width * _SUPERSAMPLING, height * _SUPERSAMPLING
+    visual.global_.offwidth, visual.global_.offheight = _fine_size(scene)
     visual.quality.offsamples, visual.quality.shadowsize = 0, 2048
-    visual.map.znear, visual.map.zfar = 0.15, 8.0
+    visual.map.znear, visual.map.zfar = 0.15, 12.0
     visual.headlight.ambient = [scene.ambient] * 3
     visual.headlight.diffuse = visual.headlight.specular = [0, 0, 0]
     spec.stat.extent = 1.0
@@ -237,47 +226,40 @@ def _add_texture(mujoco, spec, name, pixels, **material):
 
 
 def _add_room(mujoco, spec, scene):
-    """Table, floor and four walls."""
+    """Table, floor and walls."""
+    table, background = scene.table, scene.background
+    plane = {
+        "type": mujoco.mjtGeom.mjGEOM_PLANE,
+        "contype": 0,
+        "conaffinity": 0,
+        "group": _ROOM,
+    }
+    repeat = 1 / table.texture_size_m
+    pixels = surface_texture(table.texture_seed, table.texture)
+    _add_texture(mujoco, spec, "table", pixels, texrepeat=[repeat, repeat], texuniform=True, specular=0.05)
     world = spec.worldbody
-    geom = mujoco.mjtGeom
-    common = {"contype": 0, "conaffinity": 0, "group": _ROOM}
-    repeat = 1 / scene.table_texture_size_m
-    _add_texture(
-        mujoco,
-        spec,
-        "table",
-        surface_texture(scene.table_texture_seed, scene.table_texture),
-        texrepeat=[repeat, repeat],
-        texuniform=True,
-        specular=0.05,
-    )
-    half = np.array(scene.table_half_size_m)
-    turn = scene.table_turn_rad
     world.add_geom(
-        type=geom.mjGEOM_PLANE,
-        size=[*half, 0.1],
-        pos=[0, 0, 0],
-        quat=[np.cos(turn / 2), 0, 0, np.sin(turn / 2)],
+        size=[*table.half_size_m, 0.1],
+        quat=[np.cos(table.turn_rad / 2), 0, 0, np.sin(table.turn_rad / 2)],
         material="table",
-        **common,
+        **plane,
     )
-    distance, table_height = scene.room_m
-    for name, seed in zip(("floor", "wall"), scene.surface_seeds):
-        pixels = surface_texture(seed, "textured", 256)
-        _add_texture(mujoco, spec, name, pixels, texrepeat=[0.6, 0.6], texuniform=True, specular=0.0)
-    size = [4.0, 4.0, 0.1]
-    world.add_geom(type=geom.mjGEOM_PLANE, size=size, pos=[0, 0, -table_height], material="floor", **common)
-    for side in range(4):
-        angle = turn + side * np.pi / 2
+    for name, seed in zip(("floor", "wall"), background.texture_seeds):
+        close = name == "wall" and background.kind == "wall"
+        pixels = surface_texture(seed, background.texture, 512 if close else 256)
+        repeat = 1.0 if close else 0.6
+        _add_texture(mujoco, spec, name, pixels, texrepeat=[repeat, repeat], texuniform=True, specular=0.0)
+    size = [7.0, 7.0, 0.1]
+    world.add_geom(size=size, pos=[0, 0, -background.floor_m], material="floor", **plane)
+    for angle, distance in background.walls:
         inward = -np.array([np.cos(angle), np.sin(angle), 0])
         rotation = np.stack([np.cross([0, 0, 1], inward), [0, 0, 1], inward], axis=1)
         world.add_geom(
-            type=geom.mjGEOM_PLANE,
             size=size,
             pos=-inward * distance,
             quat=_quaternion(mujoco, rotation),
             material="wall",
-            **common,
+            **plane,
         )
 
 

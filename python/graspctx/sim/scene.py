@@ -1,48 +1,25 @@
-"""What stands in a scene: camera, table, objects, light; drawn from a seed, before anything is rendered."""
+"""What stands in a scene: cameras, table, objects, room, light; drawn from a seed, before rendering."""
+
+from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from .families import ObjectShape, make_object
+from .camera import StereoCamera, Viewpoint
+from .difficulty import DEFAULT, Difficulty
+from .families import ObjectShape
+from .placing import PlacedObject, place_objects, visible_shares
+from .sensor import Sensor
 from .splits import draw_seed, split_number
-from .textures import TABLE_TEXTURES
+
+PLACINGS, VIEWS, LEANINGS = 24, 40, 10
+"""How often objects are placed anew, and looked at anew in each placing, to meet what is asked for; and how often
+to make one lean, if that is asked for."""
 
 
-@dataclass(frozen=True)
-class StereoCamera:
-    """A rectified pair. Pixel centres at integers; the right camera is `baseline_m` along +x of the left.
-
-    Attributes:
-        image_size: (width, height) px.
-        focal_px, centre_px: of both views.
-    """
-
-    image_size: tuple[int, int]
-    focal_px: float
-    centre_px: tuple[float, float]
-    baseline_m: float
-
-    def project(self, points_m: np.ndarray) -> np.ndarray:
-        """(N, 3) points in the left camera's frame to (N, 2) pixels of the left view."""
-        return self.focal_px * points_m[:, :2] / points_m[:, 2:] + np.array(self.centre_px)
-
-
-@dataclass(frozen=True)
-class PlacedObject:
-    """An object in the scene.
-
-    Attributes:
-        id: 1, 2, … as in the masks.
-        table_from_object: (4, 4).
-        gloss: specular strength in [0, 1].
-    """
-
-    id: int
-    shape: ObjectShape
-    texture_seed: int
-    table_from_object: np.ndarray
-    gloss: float
+class NoViewError(ValueError):
+    """Objects do not fit into the views with the distances and fields of view that are asked for."""
 
 
 @dataclass(frozen=True)
@@ -55,19 +32,40 @@ class Light:
 
 
 @dataclass(frozen=True)
-class Sensor:
-    """What the cameras do to the picture.
+class Table:
+    """The table top, its middle at the origin of the table frame.
 
     Attributes:
-        brightness: mean grey level that the exposure aims at.
-        gain: of each view, on top of the common exposure.
-        blur_px, noise: standard deviations, pixels and grey levels.
+        texture: kind, one of surfaces.SURFACE_KINDS.
+        texture_size_m: how much of the table the texture covers before it repeats.
+        half_size_m: half the width and depth.
+        turn_rad: turn about z.
     """
 
-    brightness: float
-    gain: tuple[float, float]
-    blur_px: float
-    noise: float
+    texture: str
+    texture_seed: int
+    texture_size_m: float
+    half_size_m: tuple[float, float]
+    turn_rad: float
+
+
+@dataclass(frozen=True)
+class Background:
+    """Walls and floor.
+
+    Attributes:
+        kind: "wall", "room" or "far", as in Difficulty.
+        texture: kind, one of surfaces.SURFACE_KINDS.
+        texture_seeds: of the floor and of the walls.
+        walls: for each wall the angle about z at which it stands, and its distance from the table's middle.
+        floor_m: height of the table over the floor.
+    """
+
+    kind: str
+    texture: str
+    texture_seeds: tuple[int, int]
+    walls: tuple[tuple[float, float], ...]
+    floor_m: float
 
 
 @dataclass(frozen=True)
@@ -78,24 +76,19 @@ class Scene:
         seed, index: the data set's seed and the scene's place in it.
         split: of its shapes, textures and everything else that is drawn; see splits.py.
         cam_from_table: (4, 4) left camera.
-        table_half_size_m: half the table's width and depth.
-        table_turn_rad: turn of the table top about z.
-        room_m: distances of the three walls behind the table, and the table's height over the floor.
+        spacing: of the objects, "apart" or "touching".
     """
 
     seed: int
     index: int
     split: str
     camera: StereoCamera
+    viewpoint: Viewpoint
     cam_from_table: np.ndarray
     objects: tuple[PlacedObject, ...]
-    table_texture: str
-    table_texture_seed: int
-    table_texture_size_m: float
-    table_half_size_m: tuple[float, float]
-    table_turn_rad: float
-    surface_seeds: tuple[int, int]
-    room_m: tuple[float, float]
+    spacing: str
+    table: Table
+    background: Background
     lights: tuple[Light, ...]
     ambient: float
     sensor: Sensor
@@ -107,146 +100,180 @@ class Scene:
         return normal, float(-normal @ self.cam_from_table[:3, 3])
 
 
-def _turn_z(angle_rad):
-    c, s = np.cos(angle_rad), np.sin(angle_rad)
-    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
-
-
-def _place(shape: ObjectShape, rng, at_m) -> np.ndarray:
-    """(4, 4) table_from_object: a resting pose, turned, with the object's middle above `at_m`."""
-    weights = np.array([pose.weight for pose in shape.resting_poses])
-    pose = shape.resting_poses[rng.choice(len(weights), p=weights / weights.sum())]
-    table_from_object = np.eye(4)
-    table_from_object[:3, :3] = _turn_z(rng.uniform(0, 2 * np.pi)) @ pose.table_from_object
-    points = shape.mesh.vertices_m @ table_from_object[:3, :3].T
-    low, high = points.min(axis=0), points.max(axis=0)
-    table_from_object[:3, 3] = [*(at_m - (low + high)[:2] / 2), -low[2]]
-    return table_from_object
-
-
-def _points_on_table(placed: PlacedObject) -> np.ndarray:
-    """(N, 3) every third vertex, table frame."""
-    pose = placed.table_from_object
-    return placed.shape.mesh.vertices_m[::3] @ pose[:3, :3].T + pose[:3, 3]
-
-
-def _place_objects(rng, families, count, fixed_family, split):
-    placed: list[PlacedObject] = []
-    footprints: list[np.ndarray] = []
-    spread = 0.0 if count == 1 else 0.07 + 0.035 * count
-    for i in range(count):
-        family = fixed_family if i == 0 else families[int(rng.integers(len(families)))]
-        shape = make_object(family, draw_seed(rng, split))
-        texture_seed, gloss = draw_seed(rng, split), float(rng.uniform(0.0, 0.6) ** 1.5)
-        for _ in range(60):
-            at = rng.uniform(-spread, spread, 2)
-            candidate = PlacedObject(len(placed) + 1, shape, texture_seed, _place(shape, rng, at), gloss)
-            footprint = _points_on_table(candidate)[:, :2]
-            gaps = [np.linalg.norm(footprint[:, None] - other[None], axis=-1).min() for other in footprints]
-            if not gaps or min(gaps) > 0.012:
-                placed.append(candidate)
-                footprints.append(footprint[::4])
-                break
-    return tuple(placed)
-
-
-def _look_at(rng, objects, camera):
-    """(4, 4) cam_from_table that has every object in both views; None if this draw does not."""
-    elevation = rng.uniform(np.radians(20), np.radians(64))
-    distance = rng.uniform(0.55, 0.90)
-    aim_off = rng.uniform(-1, 1, 2) * (0.16, 0.11)
-    roll = np.radians(np.clip(rng.normal(0, 2), -5, 5))
-    points = np.concatenate([_points_on_table(placed) for placed in objects])
-    target = (points.min(axis=0) + points.max(axis=0)) / 2
-    azimuth = rng.uniform(0, 2 * np.pi)
-    back = np.array(
-        [np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation), np.sin(elevation)]
-    )
-    forward = -back
-    right = np.cross(forward, [0, 0, 1])
-    right /= np.linalg.norm(right)
-    down = np.cross(forward, right)
-    rotation = np.stack([right, down, forward])  # camera axes as rows
-    yaw, pitch = np.arctan(aim_off)
-    c, s = np.cos(yaw), np.sin(yaw)
-    rotation = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]) @ rotation
-    c, s = np.cos(pitch), np.sin(pitch)
-    rotation = np.array([[1, 0, 0], [0, c, -s], [0, s, c]]) @ rotation
-    rotation = _turn_z(roll) @ rotation
-    cam_from_table = np.eye(4)
-    cam_from_table[:3, :3] = rotation
-    # The middle of the two cameras is `distance` from the target.
-    cam_from_table[:3, 3] = -rotation @ (target + back * distance) + [camera.baseline_m / 2, 0, 0]
-    seen = points @ rotation.T + cam_from_table[:3, 3]
-    width, height = camera.image_size
-    margin = 0.015 * width
-    for shift in (0.0, camera.baseline_m):
-        pixels = camera.project(seen - [shift, 0, 0])
-        if (
-            pixels.min() < margin
-            or pixels[:, 0].max() > width - margin
-            or pixels[:, 1].max() > height - margin
-        ):
-            return None
-    return cam_from_table
-
-
 def draw_scene(
-    seed: int, index: int, *, families, objects=(1, 1), image_size=(640, 480), split="train"
+    seed: int,
+    index: int,
+    *,
+    families: list[str | ObjectShape],
+    objects: tuple[int, int] = (1, 1),
+    image_size: tuple[int, int] = (640, 480),
+    split: str = "train",
+    difficulty: Difficulty = DEFAULT,
 ) -> Scene:
     """Draw scene number `index` of the data set `seed`. It depends on nothing else.
 
     Args:
         families: names of families, or objects; the first object's goes round them, the others' are drawn.
-        objects: (fewest, most) objects.
+        objects: (fewest, most) objects. Scenes in which something leans or is to be hidden have at least two.
         image_size: (width, height) px.
         split: one of splits.SPLITS; two splits share no shape, no texture and no other draw.
+        difficulty: what the axes are drawn from. Where the objects do not allow an occlusion, a pose or a
+            spacing the scene has what comes near; scene.json says what it has.
+
+    Raises:
+        NoViewError: the objects do not fit into the views.
     """
     rng = np.random.default_rng(np.random.SeedSequence([seed, index, split_number(split)]))
-    width, height = image_size
-    scale = width / 640
-    camera = StereoCamera(
-        image_size=(width, height),
-        focal_px=float(round(600 * scale * rng.uniform(0.96, 1.04), 2)),
-        centre_px=((width - 1) / 2, (height - 1) / 2),
-        baseline_m=float(round(0.08 * rng.uniform(0.97, 1.03), 5)),
-    )
+    camera = _draw_camera(rng, image_size, difficulty)
     count = int(rng.integers(objects[0], objects[1] + 1))
-    cam_from_table = None
-    while cam_from_table is None:
-        placed = _place_objects(rng, families, count, families[index % len(families)], split)
-        for _ in range(40):
-            cam_from_table = _look_at(rng, placed, camera)
-            if cam_from_table is not None:
-                break
-
-    key = rng.uniform([-0.9, -0.9, 1.0], [0.9, 0.9, 2.0])
-    fill = rng.uniform([-1.5, -1.5, 0.8], [1.5, 1.5, 1.8])
-    tint = 1 + rng.uniform(-0.08, 0.08, 3)
-    lights = (
-        Light(key, np.clip(rng.uniform(0.35, 0.62) * tint, 0, 1), bool(rng.random() < 0.85)),
-        Light(fill, np.clip(rng.uniform(0.05, 0.25) / tint, 0, 1), False),
+    if set(difficulty.pose) == {"leaning"} or difficulty.occlusion[0] > 0:
+        count = max(count, 2)
+    placed, spacing, viewpoint, cam_from_table = _draw_view(
+        rng, camera, families, count, families[index % len(families)], split, difficulty
     )
+    table = _draw_table(rng, placed, split, difficulty)
+    background = _draw_background(rng, placed, cam_from_table, viewpoint, split, difficulty)
+    lights, ambient = _draw_lights(rng, background, viewpoint, difficulty)
     return Scene(
         seed=seed,
         index=index,
         split=split,
         camera=camera,
+        viewpoint=viewpoint,
         cam_from_table=cam_from_table,
         objects=placed,
-        table_texture=str(rng.choice(TABLE_TEXTURES, p=[0.76, 0.14, 0.10])),
-        table_texture_seed=draw_seed(rng, split),
-        table_texture_size_m=float(rng.uniform(0.5, 1.1)),
-        table_half_size_m=(float(rng.uniform(0.35, 1.0)), float(rng.uniform(0.35, 1.0))),
-        table_turn_rad=float(rng.uniform(0, 2 * np.pi)),
-        surface_seeds=(draw_seed(rng, split), draw_seed(rng, split)),
-        room_m=(float(rng.uniform(1.3, 3.2)), float(rng.uniform(0.5, 0.9))),
+        spacing=spacing,
+        table=table,
+        background=background,
         lights=lights,
-        ambient=float(rng.uniform(0.22, 0.42)),
+        ambient=ambient,
         sensor=Sensor(
-            brightness=float(rng.uniform(80, 135)),
-            gain=(1.0, float(rng.uniform(0.97, 1.03))),
-            blur_px=float(rng.uniform(0.0, 0.6)),
-            noise=float(rng.uniform(0.5, 2.0)),
+            brightness=difficulty.draw(rng, "brightness"),
+            exposure_ratio=difficulty.draw(rng, "exposure_ratio"),
+            blur_px=difficulty.draw(rng, "blur_px"),
+            noise=difficulty.draw(rng, "noise"),
+            vertical_offset_px=difficulty.draw(rng, "vertical_offset_px"),
         ),
     )
+
+
+def _draw_camera(rng, image_size, difficulty):
+    width, height = image_size
+    half_view = np.radians(difficulty.draw(rng, "fov_deg")) / 2
+    return StereoCamera(
+        image_size=(width, height),
+        focal_px=float(round(width / 2 / np.tan(half_view), 2)),
+        centre_px=((width - 1) / 2, (height - 1) / 2),
+        baseline_m=float(round(difficulty.draw(rng, "baseline_m"), 5)),
+    )
+
+
+def _draw_view(rng, camera, families, count, first_family, split, difficulty):
+    """Place objects and look at them until both views have all of them, hidden as much as asked for."""
+    lowest, highest = difficulty.occlusion
+    best, best_miss = None, np.inf
+    for placing in range(PLACINGS):
+        placed, spacing = place_objects(rng, families, count, first_family, split, difficulty)
+        if set(difficulty.pose) == {"leaning"} and placing < LEANINGS - 1:
+            if not any(item.pose == "leaning" for item in placed):
+                continue
+        points = np.concatenate([item.points_m for item in placed])
+        middle = (points.min(axis=0) + points.max(axis=0)) / 2
+        seen_from = 0
+        for _ in range(VIEWS):
+            viewpoint = Viewpoint(
+                azimuth_deg=_draw_azimuth_deg(rng, placed, towards_one=lowest > 0),
+                elevation_deg=difficulty.draw(rng, "elevation_deg"),
+                roll_deg=difficulty.draw(rng, "roll_deg"),
+                distance_m=difficulty.draw(rng, "distance_m"),
+                aim=tuple(rng.uniform(-1, 1, 2) * (0.16, 0.11)),
+            )
+            cam_from_table = viewpoint.cam_from_table(middle, camera.baseline_m)
+            seen = points @ cam_from_table[:3, :3].T + cam_from_table[:3, 3]
+            if not camera.sees_all(seen, margin_px=0.015 * camera.image_size[0]):
+                continue
+            view = placed, spacing, viewpoint, cam_from_table
+            if len(placed) == 1 and lowest == 0:
+                return view
+            hidden = 1 - visible_shares(camera, cam_from_table, placed).min()
+            miss = max(lowest - hidden, hidden - highest, 0.0)
+            if miss == 0:
+                return view
+            if miss < best_miss:
+                best, best_miss = view, miss
+            seen_from += 1
+            if seen_from == 12:
+                break
+    if best is None:
+        raise NoViewError(
+            f"scene does not fit: {count} objects at distance_m {difficulty.distance_m} with fov_deg "
+            f"{difficulty.fov_deg} are not within both views; ask for fewer objects or a greater distance"
+        )
+    return best
+
+
+def _draw_azimuth_deg(rng, placed, *, towards_one):
+    """Any direction; or one in which two objects stand behind each other."""
+    azimuth = rng.uniform(0, 360)
+    if not towards_one or len(placed) < 2:
+        return float(azimuth)
+    first, second = rng.choice(len(placed), 2, replace=False)
+    apart = placed[first].points_m[:, :2].mean(axis=0) - placed[second].points_m[:, :2].mean(axis=0)
+    return float(np.degrees(np.arctan2(apart[1], apart[0])) + rng.normal(0, 12))
+
+
+def _draw_table(rng, placed, split, difficulty):
+    reach = max(np.linalg.norm(item.points_m[:, :2], axis=1).max() for item in placed)
+    half_size = np.maximum(rng.uniform(0.35, 1.0, 2), reach + 0.03)
+    return Table(
+        texture=difficulty.choose(rng, "table"),
+        texture_seed=draw_seed(rng, split),
+        texture_size_m=float(rng.uniform(0.5, 1.1)),
+        half_size_m=(float(half_size[0]), float(half_size[1])),
+        turn_rad=float(rng.uniform(0, 2 * np.pi)),
+    )
+
+
+def _draw_background(rng, placed, cam_from_table, viewpoint, split, difficulty):
+    kind = difficulty.choose(rng, "background")
+    table_from_cam = np.linalg.inv(cam_from_table)
+    # All walls are behind the cameras and the objects.
+    room = float(np.abs(table_from_cam[:2, 3]).max() * np.sqrt(2) + 0.3)
+    distance = {"wall": (1.3, 3.2), "room": (1.3, 3.2), "far": (3.6, 5.0)}[kind]
+    distance = max(float(rng.uniform(*distance)), room)
+    turn = rng.uniform(0, 2 * np.pi)
+    walls = [(float(turn + side * np.pi / 2), distance) for side in range(4)]
+    behind = np.radians(viewpoint.azimuth_deg + 180 + rng.uniform(-35, 35))
+    outwards = np.array([np.cos(behind), np.sin(behind)])
+    reach = max((item.points_m[:, :2] @ outwards).max() for item in placed)
+    close = float(max(reach, 0.0) + rng.uniform(0.04, 0.45))
+    if kind == "wall":
+        walls.append((float(behind), close))
+    return Background(
+        kind=kind,
+        texture=difficulty.choose(rng, "background_texture"),
+        texture_seeds=(draw_seed(rng, split), draw_seed(rng, split)),
+        walls=tuple(walls),
+        floor_m=float(rng.uniform(0.5, 0.9)),
+    )
+
+
+def _draw_lights(rng, background, viewpoint, difficulty):
+    key = rng.uniform([-0.9, -0.9, 1.0], [0.9, 0.9, 2.0])
+    fill = rng.uniform([-1.5, -1.5, 0.8], [1.5, 1.5, 1.8])
+    if background.kind == "wall":
+        # The lamp is on this side of the wall.
+        for light in (key, fill):
+            angle = background.walls[-1][0]
+            outwards = np.array([np.cos(angle), np.sin(angle), 0])
+            light -= 2 * max(light @ outwards, 0.0) * outwards
+    tint = 1 + rng.uniform(-0.08, 0.08, 3)
+    lights = (
+        Light(
+            key,
+            np.clip(rng.uniform(0.35, 0.62) * tint, 0, 1),
+            difficulty.choose(rng, "shadow") == "cast",
+        ),
+        Light(fill, np.clip(rng.uniform(0.05, 0.25) / tint, 0, 1), False),
+    )
+    return lights, float(rng.uniform(0.22, 0.42))

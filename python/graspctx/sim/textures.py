@@ -1,4 +1,4 @@
-"""Procedural textures. All of them repeat without a seam in both directions."""
+"""Pictures on objects, and what all procedural textures are made of: noise and colours."""
 
 import colorsys
 
@@ -7,7 +7,7 @@ import numpy as np
 from .families import ObjectShape
 
 OBJECT_TEXTURE_PX = 512
-TABLE_TEXTURES = ("textured", "faint", "uniform")
+_FAINTEST_FREQUENCY = 0.004  # of the strongest; what is fainter is left out
 
 
 def smooth_noise(rng, size_px, scale_px, *, stretch=(1.0, 1.0), power=2.0) -> np.ndarray:
@@ -23,17 +23,21 @@ def smooth_noise(rng, size_px, scale_px, *, stretch=(1.0, 1.0), power=2.0) -> np
         (rows, columns) float32.
     """
     rows, columns = size_px
-    white = rng.standard_normal((rows, columns), dtype=np.float32)
     along_rows = (np.fft.fftfreq(rows) * stretch[0] * scale_px).astype(np.float32) ** 2
     along_columns = (np.fft.rfftfreq(columns) * stretch[1] * scale_px).astype(np.float32) ** 2
     damping = (1 + along_rows[:, None] + along_columns) ** np.float32(-power / 2)
     damping[0, 0] = 0
-    field = np.fft.irfft2(np.fft.rfft2(white) * damping, (rows, columns))
-    # Parseval: the expected spread, without a pass over the field.
-    spread = np.sqrt((damping[:, 1:-1] ** 2).sum() * 2 + (damping[:, [0, -1]] ** 2).sum()) / np.sqrt(
-        rows * columns
-    )
-    return field / np.float32(max(spread, 1e-12))
+    # Many random frequencies sum up to a normal distribution, whatever each is drawn from.
+    kept_rows = damping.max(axis=1) > _FAINTEST_FREQUENCY
+    kept_columns = int(np.flatnonzero(damping.max(axis=0) > _FAINTEST_FREQUENCY)[-1]) + 1
+    damping = damping[kept_rows, :kept_columns]
+    parts = rng.random((*damping.shape, 2), dtype=np.float32)
+    parts -= np.float32(0.5)
+    spectrum = np.zeros((rows, columns // 2 + 1), np.complex64)
+    spectrum[kept_rows, :kept_columns] = parts.view(np.complex64)[..., 0] * damping
+    field = np.fft.irfft2(spectrum, (rows, columns))
+    field /= np.float32(max(float(field[::2, ::2].std()), 1e-12))
+    return field
 
 
 def random_colour(rng) -> np.ndarray:
@@ -210,83 +214,9 @@ def object_texture(shape: ObjectShape, texture_seed: int) -> np.ndarray:
         inside = (y >= low) & (y < high)
         image[inside] = _printed_label(rng, shape, x, y)[inside]
     grain = smooth_noise(rng, size, rng.uniform(1, 30), power=2) * np.float32(rng.uniform(0.002, 0.02))
-    return _to_bytes(image + grain[..., None])
+    return to_bytes(image + grain[..., None])
 
 
-def surface_texture(texture_seed: int, kind: str, size_px: int = 1024) -> np.ndarray:
-    """A table, floor or wall.
-
-    Args:
-        texture_seed: which one.
-        kind: "textured"; "faint" (a few grey levels of contrast) or "uniform" (one colour).
-        size_px: rows and columns.
-
-    Returns:
-        (size_px, size_px, 3) uint8 RGB, periodic.
-    """
-    if kind not in TABLE_TEXTURES:
-        raise ValueError(f"unknown table texture '{kind}'; known: {', '.join(TABLE_TEXTURES)}")
-    rng = np.random.default_rng(texture_seed)
-    size, scale = (size_px, size_px), size_px / 1024
-    base = random_colour(rng)
-    # Tables are duller than what stands on them.
-    base = np.clip(base.mean() + (base - base.mean()) * np.float32(rng.uniform(0.1, 0.8)), 0.15, 0.8)
-    if kind == "uniform":
-        return _to_bytes(np.broadcast_to(base, (*size, 3)))
-    y, x = np.meshgrid(*(np.arange(n, dtype=np.float32) / n for n in size), indexing="ij")
-    other = np.clip(
-        base * rng.uniform(0.3, 0.8) if base.mean() > 0.35 else base + rng.uniform(0.15, 0.5), 0, 1
-    )
-    if rng.random() < 0.25:
-        other = random_colour(rng)
-    style = rng.choice(["wood", "planks", "stone", "cloth", "tiles", "print", "carpet"])
-    fine = smooth_noise(rng, size, rng.uniform(2, 8) * scale, power=2)
-    if style in ("wood", "planks"):
-        if style == "wood" or rng.random() < 0.5:
-            base = np.array([0.72, 0.5, 0.3]) * rng.uniform(0.5, 1.15) * rng.uniform(0.92, 1.08, 3)
-            other = base * rng.uniform(0.45, 0.75)
-        rings = smooth_noise(
-            rng, size, rng.uniform(60, 200) * scale, stretch=(1.0, rng.uniform(6, 14)), power=3
-        )
-        fibre = smooth_noise(rng, size, 3 * scale, stretch=(1.0, rng.uniform(20, 60)), power=2)
-        field = 0.5 + 0.3 * np.sin(rng.uniform(2, 7) * rings) + 0.2 * fibre
-        if style == "planks":
-            count = int(rng.integers(6, 15))
-            plank = np.floor(y * count).astype(int)
-            field = field + rng.uniform(-0.4, 0.4, count)[plank]
-            field[(y * count) % 1 < 0.03] = 1.2
-        if rng.random() < 0.5:
-            field = np.ascontiguousarray(field.T)
-    elif style == "stone":
-        field = 0.5 + 0.2 * smooth_noise(rng, size, rng.uniform(20, 90) * scale, power=2) + 0.25 * fine
-    elif style == "cloth":
-        a, b = rng.integers(10, 50, 2)
-        field = 0.5 * ((x * a) % 1 < 0.5) + 0.5 * ((y * b) % 1 < rng.uniform(0.3, 0.6))
-        field = field + 0.12 * fine
-    elif style == "tiles":
-        count = int(rng.integers(8, 24))
-        cell = rng.uniform(0.0, 0.55, (count, count))
-        field = cell[np.floor(y * count).astype(int), np.floor(x * count).astype(int)]
-        field[((x * count) % 1 < 0.05) | ((y * count) % 1 < 0.05)] = 1.0
-        field = field + 0.08 * smooth_noise(rng, size, 30 * scale, power=2) + 0.05 * fine
-    elif style == "print":
-        field = 0.1 * fine
-        for _ in range(int(rng.integers(400, 1500))):
-            row, column = rng.integers(0, size[0], 2)
-            height, width = np.ceil(rng.integers(4, rng.choice([14, 60]), 2) * scale).astype(int)
-            field[row : row + height, column : column + width] = rng.random()
-    else:
-        field = 0.5 + 0.28 * smooth_noise(rng, size, rng.uniform(2, 8) * scale, power=2.5)
-        field = field + 0.15 * smooth_noise(rng, size, 120 * scale, power=3)
-    image = _mix(field, base, other)
-    image += np.float32(rng.uniform(0.02, 0.06)) * fine[..., None]  # what stereo holds on to
-    if kind == "faint":
-        image = np.clip(image, 0, 1)
-        mean = image.mean(axis=(0, 1))
-        shrink = rng.uniform(0.008, 0.025) / max(float(image.std(axis=(0, 1)).mean()), 1e-3)
-        image = mean + (image - mean) * np.float32(shrink)
-    return _to_bytes(image)
-
-
-def _to_bytes(image: np.ndarray) -> np.ndarray:
+def to_bytes(image: np.ndarray) -> np.ndarray:
+    """RGB in [0, 1] to uint8."""
     return np.clip(np.asarray(image, np.float32) * np.float32(255) + np.float32(0.5), 0, 255).astype(np.uint8)

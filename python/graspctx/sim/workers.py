@@ -19,7 +19,8 @@ import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
 
-from .render import Renderer, choose_gl
+from .gl import choose_gl
+from .render import Renderer
 from .scene import draw_scene
 from .scene_files import LOOKS, encode_scene
 
