@@ -164,6 +164,7 @@ def _items(record):
 
 
 def _object_items(entry):
+    yield from _items(entry)
     for name in ("pose", "low", "height_m", "visible_share"):
         if name in entry:
             value = entry[name]

@@ -14,8 +14,7 @@ from .sensor import Sensor
 from .splits import draw_seed, split_number
 
 PLACINGS, VIEWS, LEANINGS = 24, 40, 10
-"""How often objects are placed anew, and looked at anew in each placing, to meet what is asked for; and how often
-to make one lean, if that is asked for."""
+"""How often objects are placed anew, looked at anew in each placing, and made to lean, to get what is asked."""
 
 
 class NoViewError(ValueError):
@@ -174,9 +173,9 @@ def _draw_view(rng, camera, families, count, first_family, split, difficulty):
     best, best_miss = None, np.inf
     for placing in range(PLACINGS):
         placed, spacing = place_objects(rng, families, count, first_family, split, difficulty)
-        if set(difficulty.pose) == {"leaning"} and placing < LEANINGS - 1:
-            if not any(item.pose == "leaning" for item in placed):
-                continue
+        leans = any(item.pose == "leaning" for item in placed)
+        if set(difficulty.pose) == {"leaning"} and not leans and placing < LEANINGS - 1:
+            continue
         points = np.concatenate([item.points_m for item in placed])
         middle = (points.min(axis=0) + points.max(axis=0)) / 2
         seen_from = 0
