@@ -14,7 +14,7 @@ from .sensor import Sensor
 from .splits import draw_seed, split_number
 
 PLACINGS, VIEWS, LEANINGS = 24, 40, 10
-"""How often objects are placed anew, looked at anew in each placing, and made to lean, to get what is asked."""
+"""How often to place objects anew, to look at each placing anew, to lean one if that is asked for."""
 
 
 class NoViewError(ValueError):
