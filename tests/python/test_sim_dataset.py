@@ -288,7 +288,7 @@ def test_card_counts_what_is_there(dataset, records):
         ]
     bars = re.findall(r"^ *(\d+) to +(\d+) % +(\d+)", text, re.MULTILINE)
     shares = [entry["label_px"]["left"] / entry["visible_px"]["left"] for entry in entries]
-    assert [int(count) for _, _, count in bars] == np.histogram(shares, 10, (0, 1))[0].tolist()
+    assert [int(count) for _, _, count in bars[:10]] == np.histogram(shares, 10, (0, 1))[0].tolist()
     assert files_checksum(dataset) in text and scenes_checksum(dataset) in text
 
 

@@ -165,10 +165,9 @@ def _items(record):
 
 def _object_items(entry):
     yield from _items(entry)
-    for name in ("pose", "low", "height_m", "visible_share"):
+    for name in ("pose", "low", "height_m"):
         if name in entry:
-            value = entry[name]
-            yield name, value["left"] if isinstance(value, dict) else value
+            yield name, entry[name]
 
 
 def _checksums(dataset):

@@ -125,7 +125,7 @@ class _Drawer:
     def _alone_px(self, scene, side, object_id):
         own = [geom for geom, (owner, _) in self.owners.items() if owner == object_id]
         self.model.geom_group[own] = _ALONE
-        self._select(scene, side, _ALONE)
+        self._select(scene, side, _ALONE, _ROOM)  # the table hides what it touches
         self.model.geom_group[own] = _TRUTH
         ids, instance_of, _ = self._truth(*scene.camera.image_size)
         return int(np.count_nonzero(instance_of[ids]))
