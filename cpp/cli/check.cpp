@@ -1,3 +1,4 @@
+#include <charconv>
 #include <iostream>
 #include <memory>
 
@@ -13,6 +14,14 @@ namespace {
 
 std::string counted(std::size_t count, const std::string& what) {
   return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+/// At most six digits; an axis has no more to say.
+std::string number_text(double value) {
+  char buffer[32];
+  const auto [end, error] =
+      std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, 6);
+  return error == std::errc{} ? std::string(buffer, end) : "-";
 }
 
 std::string summary_text(const DatasetSummary& summary) {
@@ -34,7 +43,10 @@ std::string summary_text(const DatasetSummary& summary) {
   if (!summary.axes.empty()) {
     Table axes({0, 1}, {"axis", "value", "scenes"});
     for (const auto& [axis, values] : summary.axes) {
-      for (const auto& [value, count] : values) axes.add({axis, value, std::to_string(count)});
+      for (const auto& [value, count] : values.scenes_of) axes.add({axis, value, std::to_string(count)});
+      if (values.numbers == 0) continue;
+      axes.add({axis, number_text(values.lowest) + " to " + number_text(values.highest),
+                std::to_string(values.numbers)});
     }
     text += '\n' + axes.text();
   }

@@ -1,6 +1,7 @@
 // What `graspctx_cli check` demands of the project's own layout (docs/dataset-format.md).
 #include <Eigen/Core>
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
@@ -161,7 +162,8 @@ void check_camera(const Json& scene, const StereoCamera& calibrated, const fs::p
   compare("doffs_px", finite_number(member(*camera, "doffs_px")), calibrated.doffs_px, same_px);
 }
 
-/// A scene's difficulties by name; the summary counts the scenes of each value.
+/// A scene's difficulties by name; the summary counts the scenes of each word, and keeps the range of
+/// numbers.
 void check_axes(const Json& scene, const fs::path& file, Problems& problems, DatasetSummary& summary) {
   const Json* axes = member(scene, "axes");
   if (axes == nullptr) return;
@@ -170,12 +172,14 @@ void check_axes(const Json& scene, const fs::path& file, Problems& problems, Dat
     return;
   }
   for (const auto& [name, value] : axes->items()) {
-    if (value.is_string()) {
-      ++summary.axes[name][value.get<std::string>()];
-    } else if (value.is_boolean() || value.is_number_integer()) {
-      ++summary.axes[name][short_text(&value)];
-    } else if (value.is_number()) {
-      ++summary.axes[name]["(a number)"];
+    if (value.is_string() || value.is_boolean()) {
+      const std::string text = value.is_string() ? value.get<std::string>() : short_text(&value);
+      ++summary.axes[name].scenes_of[text];
+    } else if (const std::optional<double> number = finite_number(&value)) {
+      DatasetSummary::AxisSummary& axis = summary.axes[name];
+      const bool is_first = axis.numbers++ == 0;
+      axis.lowest = is_first ? *number : std::min(axis.lowest, *number);
+      axis.highest = is_first ? *number : std::max(axis.highest, *number);
     } else {
       problems.add(file, "the axis '" + name + "' is " + short_text(&value) +
                              ", expected a word, a number or true/false");
@@ -194,6 +198,19 @@ void check_count(const SceneObject& object, const char* key, const std::string& 
   if (stated == nullptr || *stated != found_px) {
     problems.add(file, "shows " + std::to_string(found_px) + " px of object " + std::to_string(object.id) +
                            ", expected as in scene.json: " + key + " " + short_text(stated));
+  }
+}
+
+/// Shares of something are 0 to 1; null where there is nothing to have a share of.
+void check_share(const SceneObject& object, const char* key, const std::string& side, const fs::path& file,
+                 Problems& problems) {
+  const Json* shares = member(*object.entry, key);
+  const Json* stated = shares == nullptr ? nullptr : member(*shares, side.c_str());
+  if (shares == nullptr || (stated != nullptr && stated->is_null())) return;
+  const std::optional<double> share = finite_number(stated);
+  if (!share || *share < 0 || *share > 1) {
+    problems.add(file, std::string(key) + " of object " + std::to_string(object.id) + " is " +
+                           short_text(stated) + " for the " + side + " view, expected 0 to 1");
   }
 }
 
@@ -229,6 +246,9 @@ std::set<int> check_view_content(const fs::path& scene, const std::string& side,
     const int visible_px = cv::countNonZero(mask), label_px = cv::countNonZero(view.label & mask);
     check_count(object, "visible_px", side, visible_px, mask_file, problems);
     check_count(object, "label_px", side, label_px, label_file, problems);
+    for (const char* key : {"visible_share", "visible_label_share"}) {
+      check_share(object, key, side, scene / "scene.json", problems);
+    }
     if (visible_px == 0) continue;
     DatasetSummary::ClassSummary& row = summary.classes[object.family];
     ++row.views;

@@ -271,7 +271,7 @@ def dataset(tmp_path):
             "axes": {
                 "table": "faint" if index else "textured",
                 "occluded": False,
-                "noise": 1.5,
+                "noise": 1.5 + index,
                 "objects": 1,
             },
             "objects": [{"id": 1, "family": "mug", "cam_from_object": table, **counts}],
@@ -289,8 +289,14 @@ def test_a_sound_data_set(cli, dataset):
     object_px = sum(int((load(file) > 0).sum()) for file in dataset.glob("*/*_mask.png"))
     assert summary_row(result.stdout, "mug") == [2, 4, 0, object_px, label_px]
     axes = [line.split() for line in result.stdout.splitlines()]
-    for row in (["table", "faint", "1"], ["table", "textured", "1"], ["occluded", "false", "2"]):
-        assert row in axes
+    for row in (
+        "table faint 1",
+        "table textured 1",
+        "occluded false 2",
+        "noise 1.5 to 2.5 2",
+        "objects 1 to 1 2",
+    ):
+        assert row.split() in axes
 
 
 def edited_scene(edit):
@@ -443,6 +449,12 @@ BROKEN = {
         S,
         edited_scene(lambda scene: scene["objects"][0]["visible_px"].update(left=7)),
         None,
+        1,
+    ),
+    "visible_share": (
+        S,
+        edited_object(visible_share={"left": 1.5, "right": 1.0}),
+        "visible_share of object 1 is 1.5 for the left view",
         1,
     ),
     "axes": (S, edited_scene(lambda scene: scene["axes"].update(light=[1])), "the axis 'light'", 1),

@@ -49,12 +49,18 @@ struct DatasetSummary {
     int views_without_label = 0;  // its grasp region is hidden there
     std::int64_t object_px = 0, label_px = 0;
   };
+  /// What the scenes say of one axis of difficulty.
+  struct AxisSummary {
+    std::map<std::string, int> scenes_of;  // by value, for words and true or false
+    int numbers = 0;                       // scenes that give a number
+    double lowest = 0, highest = 0;
+  };
   DatasetFormat format = DatasetFormat::detect;
   int images = 0;
-  int scenes = 0;                                          // the project's layout only
-  std::map<std::string, ClassSummary> classes;             // by name
-  std::map<std::string, int> labels;                       // labelme, COCO: outlines by label
-  std::map<std::string, std::map<std::string, int>> axes;  // scenes by axis and value, where given
+  int scenes = 0;                               // the project's layout only
+  std::map<std::string, ClassSummary> classes;  // by name
+  std::map<std::string, int> labels;            // labelme, COCO: outlines by label
+  std::map<std::string, AxisSummary> axes;      // the project's layout, where given
 };
 
 struct DatasetReport {
