@@ -81,11 +81,31 @@ def _views(shape):
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    with mujoco.Renderer(model, 2 * TILE_PX, 2 * TILE_PX) as renderer:
+    gl = mujoco.GLContext(64, 64)
+    gl.make_current()
+    try:
+        context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50.value)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, context)
         for index, (name, right, up) in enumerate(SIDES):
-            renderer.update_scene(data, camera=f"side{index}")
-            picture = Image.fromarray(renderer.render()).resize((TILE_PX, TILE_PX), Image.Resampling.BOX)
+            pixels = _draw(mujoco, model, data, context, index)
+            picture = Image.fromarray(pixels).resize((TILE_PX, TILE_PX), Image.Resampling.BOX)
             yield name, np.array(right), np.array(up), middle, metres_per_px, picture
+        context.free()
+    finally:
+        gl.free()
+
+
+def _draw(mujoco, model, data, context, camera_index):
+    """(2 TILE_PX, 2 TILE_PX, 3) uint8 what a camera of the model sees."""
+    camera, view = mujoco.MjvCamera(), mujoco.MjvScene(model, maxgeom=8)
+    camera.type, camera.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, camera_index
+    everything = mujoco.mjtCatBit.mjCAT_ALL.value
+    mujoco.mjv_updateScene(model, data, mujoco.MjvOption(), None, camera, everything, view)
+    rect = mujoco.MjrRect(0, 0, 2 * TILE_PX, 2 * TILE_PX)
+    pixels = np.empty((rect.height, rect.width, 3), np.uint8)
+    mujoco.mjr_render(rect, view, context)
+    mujoco.mjr_readPixels(pixels, None, rect, context)
+    return np.flipud(pixels)
 
 
 def _with_rulers(name, right, up, middle_m, metres_per_px, picture, unit_m):

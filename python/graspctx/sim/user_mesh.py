@@ -124,9 +124,10 @@ def read_object_file(path: str | os.PathLike, meshes: str | os.PathLike | None =
     reader.keys(region, "region", {"name", "boxes", "material", "colour"}, required={"name"})
     if sum(key in region for key in ("boxes", "material", "colour")) != 1:
         raise MeshError(f"{path}: region; expected one of boxes, material and colour")
-    mesh = reader.file(reader.text(content["mesh"], "mesh"))
+    mesh = Path(reader.text(content["mesh"], "mesh"))
     if mesh.suffix.lower() not in MESH_SUFFIXES:
-        raise MeshError(f"{mesh}: unknown kind of mesh; expected {', '.join(MESH_SUFFIXES)}")
+        raise MeshError(f"{path}: mesh '{mesh}': unknown kind; expected {', '.join(MESH_SUFFIXES)}")
+    mesh = reader.file(mesh)
     material = reader.text(region["material"], "region.material") if "material" in region else None
     if material and mesh.suffix.lower() != ".obj":
         raise MeshError(f"{path}: region.material with {mesh.name}; expected an OBJ, which has materials")
@@ -218,7 +219,8 @@ class _Reader:
             if (folder / name).is_file():
                 return folder / name
         looked = " or ".join(str(folder) for folder in self._folders)
-        raise MeshError(f"{self._path}: mesh '{name}' not found in {looked}")
+        hint = "" if self._folders[1:] else f"; --meshes DIR or ${MESHES_VARIABLE} names another folder"
+        raise MeshError(f"{self._path}: mesh '{name}' not found in {looked}{hint}")
 
     def solids(self, value) -> tuple[Path, ...]:
         if not isinstance(value, list):
@@ -324,8 +326,9 @@ def _read_painted_mesh(file: Path, material: str | None = None, colour=None):
         raise MeshError(f"{file}: every face is a line or a point; expected a surface")
     if not body.is_winding_consistent:
         trimesh.repair.fix_winding(body)
-    if body.volume < 0:
-        body.invert()
+    with np.errstate(invalid="ignore"):  # a flat mesh has no volume to divide by
+        if body.volume < 0:
+            body.invert()
     return body, painted[kept]
 
 
@@ -342,6 +345,9 @@ def _materials_by_name(content: bytes):
     library = "".join(f"newmtl {name}\nKd 1 1 1\n" for name in sorted(names)).encode()
 
     class Names(trimesh.resolvers.Resolver):
+        def __init__(self):
+            pass
+
         def get(self, name):
             return library
 
