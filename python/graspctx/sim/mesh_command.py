@@ -51,7 +51,7 @@ def run_mesh_command(options) -> int:
     if options.picture:
         from .mesh_picture import write_picture
 
-        write_picture(shape, said.unit_m, options.picture)
+        write_picture(said, shape, options.picture)
     if options.write_solids:
         from .convex_parts import write_convex_parts
 
@@ -64,7 +64,8 @@ def describe(said, shape) -> str:
     """What an object file leads to, in a few lines."""
     mesh = shape.mesh
     size = ", ".join(f"{name} {1000 * value:.1f} mm" for name, value in shape.dimensions_m.items())
-    low, high = mesh.vertices_m.min(axis=0) / said.unit_m, mesh.vertices_m.max(axis=0) / said.unit_m
+    in_mesh = said.to_mesh(mesh.vertices_m)
+    low, high = in_mesh.min(axis=0), in_mesh.max(axis=0)
     share = region_share(mesh.vertices_m, mesh.faces, mesh.region)
     poses = {}
     for pose in shape.resting_poses:

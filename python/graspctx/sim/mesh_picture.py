@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from PIL import Image, ImageDraw
 
 from .families import ObjectShape
-from .render import _add_mesh, _quaternion, choose_gl
+from .gl import load_mujoco
+from .render import _add_mesh, _quaternion
+from .user_mesh import ObjectFile
 
 TILE_PX = 400
 MARGIN_PX = 34
@@ -26,24 +29,26 @@ SIDES = (
 )
 
 
-def write_picture(shape: ObjectShape, unit_m: float, file: Path) -> None:
+def write_picture(said: ObjectFile, shape: ObjectShape, file: Path) -> None:
     """Write the picture as a PNG.
 
     Args:
-        unit_m: what the rulers count in.
+        said: what the object file says: the rulers count in the unit and axes of its mesh.
+        shape: the object that it describes.
+        file: where to write.
     """
-    tiles = [_with_rulers(*view, unit_m) for view in _views(shape)]
+    tiles = [_with_rulers(*view, said.unit_m) for view in _views(said, shape)]
     half = len(tiles) // 2
     rows = [np.hstack(tiles[:half]), np.hstack(tiles[half:])]
     Image.fromarray(np.vstack(rows)).save(file, format="PNG")
 
 
-def _views(shape):
+def _views(said, shape):
     """(name, right, up, middle_m, metres a pixel, picture) of each side, orthographic."""
-    choose_gl()
-    import mujoco
+    mujoco = load_mujoco()
 
-    vertices_m = shape.mesh.vertices_m
+    mesh = replace(shape.mesh, vertices_m=said.to_mesh(shape.mesh.vertices_m) * said.unit_m)
+    vertices_m = mesh.vertices_m
     middle = (vertices_m.min(axis=0) + vertices_m.max(axis=0)) / 2
     extent = (
         2 * np.linalg.norm(vertices_m - middle, axis=1).max() * 0.5 + 0.5 * np.ptp(vertices_m, axis=0).max()
@@ -61,10 +66,10 @@ def _views(shape):
     )
     texture.rgb1 = texture.rgb2 = [1, 1, 1]
     for name, faces, rgba in (
-        ("rest", ~shape.mesh.region, BODY_RGBA),
-        ("region", shape.mesh.region, REGION_RGBA),
+        ("rest", ~mesh.region, BODY_RGBA),
+        ("region", mesh.region, REGION_RGBA),
     ):
-        _add_mesh(mujoco, spec, name, shape.mesh, faces, shaded=True)
+        _add_mesh(mujoco, spec, name, mesh, faces, shaded=True)
         spec.worldbody.add_geom(
             type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, rgba=rgba, pos=-middle, contype=0, conaffinity=0
         )

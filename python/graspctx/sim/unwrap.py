@@ -8,27 +8,25 @@ ELONGATED = 1.5
 """An object this many times longer than it is wide is wrapped about its long side."""
 
 
-def unwrap(
-    vertices_m: np.ndarray, faces: np.ndarray, up=(0.0, 0.0, 1.0)
-) -> tuple[np.ndarray, tuple[float, float]]:
+def unwrap(vertices_m: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, tuple[float, float]]:
     """Texture coordinates in even size, without a seam around the object.
 
-    Faces that look away from the axis are wrapped: u is the way along the outline (the convex hull seen
-    along the axis), v the height. Faces that look along the axis are laid flat; those that look around it
-    (the sides of a handle) take their distance from the axis as u. Nothing is stretched to more than twice
-    its size; parts nearer to the axis than the outline are squeezed around, as on a lathe.
+    The axis is z, or x or y if the object is elongated there. Faces that look away from it are wrapped: u is
+    the way along the outline (the convex hull seen along the axis), v the height. Faces that look along the
+    axis are laid flat; those that look around it (the sides of a handle) take their distance from the axis as
+    u. Nothing is stretched to more than twice its size; parts nearer to the axis than the outline are
+    squeezed around, as on a lathe.
 
     Args:
         vertices_m: (V, 3).
         faces: (F, 3).
-        up: (3,) one of the six axis directions: the axis, unless the object is elongated in another.
 
     Returns:
         (uv (F, 3, 2), (around, along) metres that u and v from 0 to 1 stand for).
     """
     from scipy.spatial import ConvexHull
 
-    axis = int(np.abs(up).argmax())
+    axis = 2
     size = np.ptp(vertices_m, axis=0)
     longest = int(size.argmax())
     if size[longest] > ELONGATED * np.delete(size, longest).max():

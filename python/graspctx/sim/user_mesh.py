@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .families.resting import resting_poses
+from .families.resting import resting_poses, rotation_downwards
 from .families.shape import ObjectShape, RestingPose
 from .mesh import Mesh
 from .mesh_cut import Box, cut_by_boxes
@@ -71,6 +71,14 @@ class ObjectFile:
     solids: tuple[Path, ...]
     resting: tuple[tuple[str, float], ...] | None
 
+    def from_mesh(self, points: np.ndarray) -> np.ndarray:
+        """(N, 3) points in the mesh's unit and axes to metres in the object's frame, where z is up."""
+        return points @ rotation_downwards(-np.array(self.up)).T * self.unit_m
+
+    def to_mesh(self, points_m: np.ndarray) -> np.ndarray:
+        """(N, 3) points in the object's frame to the mesh's unit and axes."""
+        return points_m @ rotation_downwards(-np.array(self.up)) / self.unit_m
+
 
 def is_object_file(name: str) -> bool:
     """Whether a family's name is the path of an object file."""
@@ -80,8 +88,8 @@ def is_object_file(name: str) -> bool:
 def load_object(path: str | os.PathLike, meshes: str | os.PathLike | None = None) -> ObjectShape:
     """The object that an object file describes.
 
-    The object's frame is the mesh's own, in metres. `shape_seed` is a number made from the vertices: the same
-    shape under two names has one seed.
+    The object's frame is the mesh's own, in metres, turned so that z is up. `shape_seed` is made from the
+    shape itself: the same one under two names has one seed.
 
     Args:
         path: the object file.
@@ -240,20 +248,20 @@ class _Reader:
 def build_object(said: ObjectFile) -> ObjectShape:
     """The object of an object file that was read."""
     body, painted = _read_painted_mesh(said.mesh, said.material, said.colour)
-    vertices_m = body.vertices * said.unit_m
+    vertices_m = said.from_mesh(body.vertices)
     _check_size(said, vertices_m)
     if said.boxes:
         vertices, faces, region = cut_by_boxes(body.vertices, body.faces, said.boxes)
-        vertices_m = vertices * said.unit_m
+        vertices_m = said.from_mesh(vertices)
     else:
         faces, region = body.faces, painted
     _check_region(said, body, vertices_m, faces, region)
-    uv, unrolled_m = unwrap(vertices_m, faces, said.up)
-    centre_m = (body.center_mass if body.is_watertight else body.centroid) * said.unit_m
+    uv, unrolled_m = unwrap(vertices_m, faces)
+    centre_m = said.from_mesh(body.center_mass if body.is_watertight else body.centroid)
     return ObjectShape(
         family=said.family,
-        shape_seed=_shape_seed(body.vertices * said.unit_m),
-        dimensions_m=_dimensions_m(vertices_m, said.up),
+        shape_seed=_shape_seed(body, said.unit_m),
+        dimensions_m=_dimensions_m(vertices_m),
         mesh=Mesh(vertices_m, faces.astype(np.int32), uv, region),
         parts={"outside": (0.0, 1.0)},
         unrolled_m=unrolled_m,
@@ -414,23 +422,26 @@ def region_share(vertices_m: np.ndarray, faces: np.ndarray, region: np.ndarray) 
     return float(area[region].sum() / area.sum())
 
 
-def _shape_seed(vertices_m) -> int:
-    """48 bits of the vertices, to a hundredth of a millimetre, whatever their order and file format."""
-    rounded = np.unique(np.round(vertices_m * 1e5).astype("<i8"), axis=0)
+def _shape_seed(body, unit_m) -> int:
+    """48 bits of the shape's size, area and volume, to a tenth of a millimetre.
+
+    Unlike a sum of the vertices it stays the same when another program writes the mesh in another unit, order
+    or precision.
+    """
+    lengths_m = [*sorted(body.extents), body.area**0.5, abs(body.volume) ** (1 / 3)]
+    rounded = np.round(np.array(lengths_m) * unit_m / 1e-4).astype("<i8")
     return int(hashlib.sha256(rounded.tobytes()).hexdigest()[:12], 16)
 
 
-def _dimensions_m(vertices_m, up) -> dict[str, float]:
-    size = np.ptp(vertices_m, axis=0)
-    axis = int(np.abs(up).argmax())
-    width, length = sorted(np.delete(size, axis))
-    return {"height": float(size[axis]), "length": float(length), "width": float(width)}
+def _dimensions_m(vertices_m) -> dict[str, float]:
+    x, y, height = np.ptp(vertices_m, axis=0)
+    return {"height": float(height), "length": float(max(x, y)), "width": float(min(x, y))}
 
 
 def _resting_poses(said: ObjectFile, vertices_m, centre_m) -> tuple[RestingPose, ...]:
     """The poses that physics allows, as often as the file says; by default mostly standing if it can."""
     try:
-        poses = resting_poses(vertices_m, centre_m, said.up)
+        poses = resting_poses(vertices_m, centre_m)
     except ValueError as error:
         raise MeshError(f"{said.mesh}: {error}") from error
     share = {name: sum(pose.weight for pose in poses if pose.name == name) for name in POSES}
@@ -457,7 +468,7 @@ def _solids_m(said: ObjectFile, vertices_m) -> tuple[np.ndarray, ...]:
 
     if not said.solids:
         return (hull(vertices_m),)
-    solids = tuple(hull(read_mesh(file).vertices * said.unit_m) for file in said.solids)
+    solids = tuple(hull(said.from_mesh(read_mesh(file).vertices)) for file in said.solids)
     corners = np.concatenate(solids)
     size = np.ptp(vertices_m, axis=0).max()
     off = max(
