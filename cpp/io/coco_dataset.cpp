@@ -8,7 +8,6 @@
 #include "detail/dataset_reader.hpp"
 #include "detail/json_file.hpp"
 #include "detail/regions.hpp"
-#include "graspctx/io/image_file.hpp"
 
 namespace graspctx::detail {
 
@@ -218,7 +217,7 @@ void read_annotated_image(const fs::path& file, const CocoImage& image, int grou
   const fs::path image_file = coco_image_file(file, image.name);
   view.source = image_file.string();
   view.group = group;
-  view.image = read_image(image_file);
+  view.image = read_annotated_photograph(image_file);
   require_size(image_file, view.image, image.size, "in " + file.filename().string());
   emit_objects(image.regions, view, file, reading);
 }

@@ -6,7 +6,6 @@
 #include "detail/dataset_reader.hpp"
 #include "detail/json_file.hpp"
 #include "detail/regions.hpp"
-#include "graspctx/io/image_file.hpp"
 
 namespace graspctx::detail {
 
@@ -123,7 +122,7 @@ void read_annotated_image(const fs::path& folder, const fs::path& file, int grou
   LabelledView view;
   view.source = image_file.string();
   view.group = group;
-  view.image = read_image(image_file);
+  view.image = read_annotated_photograph(image_file);
   check_image_size(json, file, image_file, view.image.size());
   emit_objects(regions, view, file, reading);
 }

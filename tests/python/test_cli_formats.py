@@ -4,14 +4,22 @@ The drawn mugs of conftest.py are converted into each layout, by what the layout
 """
 
 import json
+import re
 import shutil
 
 import numpy as np
 import pytest
 from conftest import write_drawn_dataset
 
+hypothesis = pytest.importorskip("hypothesis")
 Image = pytest.importorskip("PIL.Image")
 
+FUZZ = hypothesis.settings(
+    max_examples=40,
+    deadline=None,
+    derandomize=True,
+    suppress_health_check=list(hypothesis.HealthCheck),
+)
 LABELS = ["--object-label", "mug", "--grasp-label", "handle"]
 
 
@@ -230,6 +238,62 @@ def test_format_can_be_forced(cli, converted, tmp_path):
     assert cli("check", folder, "--format", "yolo").returncode == 2
     assert_refused(cli("check", folder, "--format", "saxena"), folder / "img")
     assert_refused(cli("check", folder, "--format", "graspctx"), folder / "dataset.json")
+
+
+@pytest.mark.parametrize("orientation", [1, 3, 6])
+def test_photographs_that_are_stored_turned(cli, converted, tmp_path, orientation):
+    shutil.copytree(converted["labelme"], tmp_path / "set")
+    name = "scene_000003"
+    file = tmp_path / "set" / f"{name}.jpg"
+    with Image.open(tmp_path / "set" / f"{name}.png") as image:
+        exif = image.getexif()
+        exif[0x010F] = "a camera"
+        exif[0x0112] = orientation
+        image.save(file, exif=exif)
+    document = tmp_path / "set" / f"{name}.json"
+    document.write_text(document.read_text().replace(f"{name}.png", f"{name}.jpg"))
+    result = cli("check", tmp_path / "set", *LABELS)
+    if orientation == 1:
+        assert result.returncode == 0, result.stdout
+    else:
+        assert_refused(result, file, f"EXIF orientation {orientation}")
+
+
+@FUZZ
+@hypothesis.given(data=hypothesis.strategies.data())
+def test_fuzzed_annotations(cli, converted, trained_model, data):
+    """Bytes changed, and values replaced by what no tool writes: refused in one line, or read."""
+    layout = data.draw(hypothesis.strategies.sampled_from(["labelme", "coco"]))
+    relative = {"labelme": "scene_000000.json", "coco": "annotations/instances_default.json"}[layout]
+    file = converted[layout] / relative
+    sound = file.read_text()
+    text = sound
+    for _ in range(data.draw(hypothesis.strategies.integers(1, 3))):
+        numbers = [match.span() for match in re.finditer(r"-?\d+|null|\"[^\"]*\"", text)]
+        start, end = data.draw(hypothesis.strategies.sampled_from(numbers))
+        odd = [
+            "-1",
+            "1e308",
+            "0.5",
+            "18446744073709551615",
+            "null",
+            "[]",
+            "{}",
+            '"\\u0000"',
+            "[[[]]]",
+            "x",
+            "",
+        ]
+        text = text[:start] + data.draw(hypothesis.strategies.sampled_from(odd)) + text[end:]
+    try:
+        file.write_text(text)
+        arguments = ["--model", trained_model, "--json", "-", "--format", layout, *LABELS]
+        result = cli("evaluate", converted[layout], *arguments)
+    finally:
+        file.write_text(sound)
+    if result.returncode != 0:
+        assert_refused(result, converted[layout])
+        assert result.stdout == ""
 
 
 def test_help_shows_how(cli):

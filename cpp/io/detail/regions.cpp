@@ -3,6 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "exif.hpp"
+#include "graspctx/io/atomic_file.hpp"
+#include "graspctx/io/image_file.hpp"
+#include "jpeg_codec.hpp"
+
 namespace graspctx::detail {
 
 namespace {
@@ -63,6 +68,16 @@ cv::Mat region_mask(const Region& region, const cv::Size& image_size) {
   cv::Mat mask = cv::Mat::zeros(image_size, CV_8UC1);
   for (const Polygon& polygon : region.polygons) mask |= polygon_mask(polygon, image_size);
   return mask;
+}
+
+cv::Mat read_annotated_photograph(const fs::path& file) {
+  const std::vector<std::uint8_t> bytes = read_file(file);
+  const int orientation = is_jpeg(bytes) ? exif_orientation(bytes) : 1;
+  if (orientation != 1) {
+    fail(file, "is stored turned (EXIF orientation " + std::to_string(orientation) +
+                   "), expected an image stored upright");
+  }
+  return read_image(file);
 }
 
 void emit_objects(const std::vector<Region>& regions, const LabelledView& view, const fs::path& file,

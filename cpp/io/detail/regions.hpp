@@ -29,6 +29,11 @@ inline constexpr double max_coordinate_px = 1e6;
 /// max_coordinate_px.
 cv::Mat region_mask(const Region& region, const cv::Size& image_size);
 
+/// read_image for annotated images: throws InvalidInput for a photograph that viewers turn by its EXIF
+/// orientation. Annotation tools turn it too, but this program takes pixels as stored, and outlines would lie
+/// elsewhere.
+cv::Mat read_annotated_photograph(const std::filesystem::path& file);
+
 /// The objects among an image's regions, by the labels of the options, each with the grasp regions on it: a
 /// grasp region belongs to the object that holds most of it. Without labels the regions are only checked.
 /// `view` brings source, group and image; a problem names `file`.
