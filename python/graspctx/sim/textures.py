@@ -181,6 +181,20 @@ Their order is that of the random draws.
 """
 
 
+_TOOL_PAINTS = {
+    "whole": lambda rng: _metal_colour(rng, None) if rng.random() < 0.6 else _wood_colour(rng),
+    "handle": lambda rng: _wood_colour(rng) if rng.random() < 0.5 else random_colour(rng),
+    "head": lambda rng: _metal_colour(rng, None) * rng.uniform(0.3, 1.0),
+    "shaft": lambda rng: _metal_colour(rng, None),
+    "grip": random_colour,
+}
+"""The parts of tools. Half of all tools have one pattern all over: materials do not tell the region."""
+
+
+def _wood_colour(rng):
+    return np.array([0.80, 0.62, 0.42]) * rng.uniform(0.55, 1.15)
+
+
 def _printed_label(rng, shape, x, y):
     """(rows, columns, 3) a paper label: one colour with printed shapes on it."""
     image = np.broadcast_to(random_colour(rng), (*x.shape, 3)).copy()
@@ -209,6 +223,10 @@ def object_texture(shape: ObjectShape, texture_seed: int) -> np.ndarray:
             colour = draw(rng, base)
             if colour is not None:
                 paint(part, colour)
+    tool_parts = [part for part in _TOOL_PAINTS if part in shape.parts]
+    if tool_parts and rng.random() < 0.5:
+        for part in tool_parts:
+            paint(part, _TOOL_PAINTS[part](rng))
     if "label" in shape.parts and rng.random() < 0.7:
         low, high = shape.parts["label"]
         inside = (y >= low) & (y < high)

@@ -7,6 +7,7 @@ import numpy as np
 from ..mesh import centre_of_mass_m, join, skin, stops
 from .profile import along
 from .resting import resting_poses
+from .sections import PARTS_APART_M
 from .shape import ObjectShape
 from .solids import tube_solids
 
@@ -67,7 +68,7 @@ def make_book(shape_seed: int) -> ObjectShape:
     closing[..., :2] += 0.9 * (np.concatenate([middle, middle], axis=1) - closing[..., :2])
     closing[..., 2] = np.clip(closing[..., 2], board / 2, height - board / 2)
     path = along(outer)
-    unrolled = (2 * (height + board), path[-1] + height)
+    unrolled = (2 * (height + board), path[-1] + height + 2 * PARTS_APART_M)
     down = height - z[::-1]
     u = np.concatenate([down, height + board + down, [unrolled[0]]]) / unrolled[0]
     cover = skin(
@@ -81,7 +82,7 @@ def make_book(shape_seed: int) -> ObjectShape:
     page_rings = np.empty((len(page_z), len(section), 3))
     page_rings[..., :2], page_rings[..., 2] = section, page_z[:, None]
     around = along(np.concatenate([section, section[:1]]))
-    pages = skin(page_rings, around / unrolled[0], (path[-1] + page_z) / unrolled[1])
+    pages = skin(page_rings, around / unrolled[0], (path[-1] + PARTS_APART_M + page_z) / unrolled[1])
 
     mesh = join(cover, pages)
     x, _, z = mesh.vertices_m[mesh.faces].mean(axis=1).T
@@ -95,7 +96,7 @@ def make_book(shape_seed: int) -> ObjectShape:
         if np.abs(pose.table_from_object[2]).max() > 0.99
         and not (kind == "round" and pose.table_from_object[2, 0] > 0.5)
     ]
-    page_share = path[-1] / unrolled[1]
+    border = (path[-1] + PARTS_APART_M / 2) / unrolled[1]
     return ObjectShape(
         family="book",
         shape_seed=shape_seed,
@@ -109,7 +110,7 @@ def make_book(shape_seed: int) -> ObjectShape:
             "margin": margin,
         },
         mesh=mesh,
-        parts={"outside": (0.0, page_share), "paper": (page_share, 1.0)},
+        parts={"outside": (0.0, border), "paper": (border, 1.0)},
         unrolled_m=unrolled,
         resting_poses=tuple(poses),
         region_name="narrow side",

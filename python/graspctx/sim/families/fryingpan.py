@@ -7,7 +7,7 @@ import numpy as np
 from ..mesh import centre_of_mass_m, join, lathe
 from .profile import along
 from .resting import resting_poses
-from .sections import HANDLE_REGION, oval_sections, rounded_ends, skin_sections
+from .sections import HANDLE_REGION, PARTS_APART_M, oval_sections, rounded_ends, skin_sections
 from .shape import ObjectShape
 from .solids import lathe_solids, tube_solids
 
@@ -71,12 +71,14 @@ def make_fryingpan(shape_seed: int) -> ObjectShape:
     rings[..., 0] += outer_radius(start_z)
     rings[0, :, 0] = np.sqrt((outer_radius(rings[0, :, 2]) - wall / 2) ** 2 - rings[0, :, 1] ** 2)
 
-    unrolled = (2 * np.pi * rim, float(walked[-1] + handle))
+    unrolled = (2 * np.pi * rim, float(walked[-1] + along(centres)[-1] + 2 * PARTS_APART_M))
     v = walked / unrolled[1]
     body = lathe(profile[:, 0], profile[:, 1], v, sides=_SIDES)
     region = places[:-1] >= (1 - HANDLE_REGION) * handle - 1e-9
-    grip, _ = skin_sections(rings, unrolled, float(v[-1]), region=region)
+    v_handle = float(v[-1] + PARTS_APART_M / unrolled[1])
+    grip, _ = skin_sections(rings, unrolled, v_handle, region=region)
     mesh = join(body, grip)
+    border = (float(v[-1]) + v_handle) / 2
     rim_v = float(v[2 + len(outer) + 3])
     poses = resting_poses(mesh.vertices_m, centre_of_mass_m(mesh))
     # Pans are put down the right way up.
@@ -97,8 +99,8 @@ def make_fryingpan(shape_seed: int) -> ObjectShape:
         mesh=mesh,
         parts={
             "outside": (0.0, rim_v),
-            "inside": (rim_v, float(v[-1])),
-            "handle": (float(v[-1]), 1.0),
+            "inside": (rim_v, border),
+            "handle": (border, 1.0),
         },
         unrolled_m=unrolled,
         resting_poses=poses,

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..mesh import centre_of_mass_m, join
 from .resting import resting_poses
-from .sections import HANDLE_REGION, oval_sections, rounded_ends, skin_sections
+from .sections import HANDLE_REGION, PARTS_APART_M, oval_sections, rounded_ends, skin_sections
 from .shape import ObjectShape
 from .solids import tube_solids
 
@@ -116,14 +116,16 @@ def make_hammer(shape_seed: int) -> ObjectShape:
     )
 
     head_along = sizes["head_length"]
-    unrolled = (2 * np.pi * half_width * (1 + flat) / 2, top + head_along)
-    skinned, v_head = skin_sections(handle, unrolled, region=places[1:] <= region_end + 1e-9)
+    unrolled = (np.pi * half_width * (1 + flat), top + head_along + 2 * PARTS_APART_M)
+    skinned, v_end = skin_sections(handle, unrolled, region=places[1:] <= region_end + 1e-9)
+    v_head = v_end + PARTS_APART_M / unrolled[1]
     # Claws start where the head's body ends: their texture follows its.
     skins = [skin_sections(rings, unrolled, v_head)[0] for rings in head]
     mesh = join(skinned, *skins)
-    parts = {"handle": (0.0, v_head), "head": (v_head, 1.0)}
+    border = (v_end + v_head) / 2
+    parts = {"handle": (0.0, border), "head": (border, 1.0)}
     if rng.random() < 0.4:
-        parts["grip"] = (0.0, v_head * rng.uniform(0.3, 0.65))
+        parts["grip"] = (0.0, v_end * rng.uniform(0.3, 0.65))
     return ObjectShape(
         family="hammer",
         shape_seed=shape_seed,

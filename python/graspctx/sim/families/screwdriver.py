@@ -4,7 +4,7 @@ import numpy as np
 
 from ..mesh import centre_of_mass_m
 from .resting import resting_poses
-from .sections import HANDLE_REGION, oval_sections, rounded_ends, skin_sections
+from .sections import HANDLE_REGION, PARTS_APART_M, oval_sections, rounded_ends, skin_sections
 from .shape import ObjectShape
 from .solids import tube_solids
 
@@ -59,13 +59,14 @@ def make_screwdriver(shape_seed: int) -> ObjectShape:
     rod = np.concatenate([rings(spaced, shaft_radius, shaft_radius), rod[2:]])
 
     all_rings = np.concatenate([grip, rod])
-    unrolled = (2 * np.pi * radius, float(total))
+    unrolled = (2 * np.pi * radius, float(total + PARTS_APART_M))
     region = all_rings[1:, 0, 2] <= region_end + 1e-9
     mesh, _ = skin_sections(all_rings, unrolled, region=region)
-    parts = {"handle": (0.0, handle / total), "shaft": (handle / total, 1.0)}
+    v_shaft = handle / unrolled[1]
+    parts = {"handle": (0.0, v_shaft), "shaft": (v_shaft, 1.0)}
     if rng.random() < 0.3:
-        start = rng.uniform(0.1, 0.5) * handle / total
-        end = rng.choice([rng.uniform(0.6, 0.78), 1.0]) * handle / total
+        start = rng.uniform(0.1, 0.5) * v_shaft
+        end = rng.choice([rng.uniform(0.6, 0.78), 1.0]) * v_shaft
         parts["grip"] = (start, float(end))
     return ObjectShape(
         family="screwdriver",

@@ -12,6 +12,10 @@ It ends before the head does so that the border of two materials is not the bord
 """
 
 
+PARTS_APART_M = 0.006
+"""Free texture between two parts of a body, and before the texture repeats: seen from afar, they would mix."""
+
+
 def oval_sections(
     centres_m, across_m, up_m, half_across_m, half_up_m, *, squareness=1.0, sides=24
 ) -> np.ndarray:

@@ -5,7 +5,7 @@ import numpy as np
 from ..mesh import centre_of_mass_m, skin
 from .profile import along
 from .resting import resting_poses
-from .sections import HANDLE_REGION
+from .sections import HANDLE_REGION, PARTS_APART_M
 from .shape import ObjectShape
 
 _ACROSS = 17  # points from rim to rim, on each of the two faces
@@ -83,13 +83,13 @@ def make_spoon(shape_seed: int) -> ObjectShape:
     rings = np.concatenate([faces[:, 0], faces[:, 1, -2:0:-1]], axis=1)
     around = 4 * max(bowl_half, handle_half)
     walked = along(np.stack([z, rim_x - sag], axis=1))
-    unrolled = (around, float(walked[-1]))
+    unrolled = (around, float(walked[-1] + PARTS_APART_M))
     u = np.concatenate([rings[..., 1], rings[:, :1, 1]], axis=1) / around
-    mesh = skin(rings, u, walked / walked[-1], region=z[1:] <= region_end + 1e-9)
+    mesh = skin(rings, u, walked / unrolled[1], region=z[1:] <= region_end + 1e-9)
 
     parts = {"whole": (0.0, 1.0)}
     if rng.random() < 0.3:
-        parts["grip"] = (0.0, float(np.interp(rng.uniform(0.3, 0.76) * handle, z, walked / walked[-1])))
+        parts["grip"] = (0.0, float(np.interp(rng.uniform(0.3, 0.76) * handle, z, walked / unrolled[1])))
     in_bowl = int(np.searchsorted(z, handle - 0.15 * bowl_length))
     solids = [*_shell_solids(faces[: in_bowl + 1], 4, _ACROSS - 1), *_shell_solids(faces[in_bowl:], 3, 2)]
     return ObjectShape(
