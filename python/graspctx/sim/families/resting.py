@@ -66,23 +66,21 @@ def _solid_angles(triangles):
 
 def _tips_over_to(points, hull, face_of, normals, offsets):
     """For each face the neighbour it tips over to, or itself if the centre of mass is over it."""
+    face = np.repeat(face_of, 3)
+    other = face_of[hull.neighbors].reshape(-1)  # a neighbour is across the edge that its corner is not on
+    corner = points[hull.simplices].reshape(-1, 3)
+    a, b = (points[hull.simplices[:, ends]].reshape(-1, 3) for ends in ([1, 0, 0], [2, 2, 1]))
+    outward = np.cross(b - a, normals[face])
+    outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+    outward *= np.where(((corner - a) * outward).sum(1) > 0, -1.0, 1.0)[:, None]
+    foot = -offsets[face, None] * normals[face]
+    beyond = ((foot - a) * outward).sum(1)
+    falls = (other != face) & (beyond > 0) & (offsets[other] > offsets[face])
+    farthest = np.zeros(len(normals))
+    np.maximum.at(farthest, face[falls], beyond[falls])
+    chosen = np.flatnonzero(falls & (beyond == farthest[face]))[::-1]  # the first of equals comes last
     target = np.arange(len(normals))
-    worst = np.zeros(len(normals))
-    for simplex, neighbours in enumerate(hull.neighbors):
-        face = face_of[simplex]
-        foot = -offsets[face] * normals[face]
-        for corner, neighbour in enumerate(neighbours):
-            other = face_of[neighbour]
-            if other == face:
-                continue
-            a, b = points[np.delete(hull.simplices[simplex], corner)]
-            outward = np.cross(b - a, normals[face])
-            outward /= np.linalg.norm(outward)
-            if outward @ (points[hull.simplices[simplex][corner]] - a) > 0:
-                outward = -outward
-            beyond = outward @ (foot - a)
-            if beyond > worst[face] and offsets[other] > offsets[face]:
-                worst[face], target[face] = beyond, other
+    target[face[chosen]] = other[chosen]
     return target
 
 

@@ -10,10 +10,8 @@ HANDLE_REGION = 0.85
 
 It ends before the head does so that the border of two materials is not the border of the region.
 """
-
-
 PARTS_APART_M = 0.006
-"""Free texture between two parts of a body, and before the texture repeats: seen from afar, they would mix."""
+"""Free texture between two parts of a body, and before the texture repeats: from afar, they would mix."""
 
 
 def oval_sections(
