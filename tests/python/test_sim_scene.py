@@ -4,6 +4,7 @@ import dataclasses
 import importlib.util
 import itertools
 import json
+import pickle
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ if importlib.util.find_spec("mujoco") is None:  # to import it would choose a gr
 
 from graspctx.sim import draw_scene
 from graspctx.sim.difficulty import CHOICES, DEFAULT, DIFFICULTIES, LIMITS, Difficulty, with_axis
+from graspctx.sim.families.solids import Solids
 from graspctx.sim.geometry import gap_m, outline, surface_points
 from graspctx.sim.placing import visible_shares
 from graspctx.sim.render import Renderer
@@ -343,3 +345,12 @@ def test_one_scene_gives_the_same_bytes_whatever_was_rendered_before(renderer):
     renderer._gl.make_current()
     assert first == again
     assert {"left_depth.png", "right_depth.png"} <= set(first)
+
+
+def test_solids_are_cut_when_asked_for_and_survive_a_copy_to_another_process():
+    cuts = []
+    solids = Solids(lambda: cuts.append(1) or [np.eye(4, 3)]) + (np.zeros((4, 3)),)
+    assert not cuts
+    copied = pickle.loads(pickle.dumps(solids))
+    assert len(solids) == len(copied) == 2 and len(cuts) == 1
+    assert all((first == second).all() for first, second in zip(solids, copied))

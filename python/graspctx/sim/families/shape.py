@@ -1,6 +1,7 @@
 """What an object of any family is: surface, grasp region, texture parts, ways to rest."""
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,7 +51,7 @@ class ObjectShape:
     resting_poses: tuple[RestingPose, ...]
     region_name: str
     plain_share: float
-    solids_m: tuple[np.ndarray, ...] = ()
+    solids_m: Sequence[np.ndarray] = ()
 
     def content_name(self) -> str:
         """Family and surface, such as `mug@1a2b3c4d5e6f`: another for every change of shape or region."""

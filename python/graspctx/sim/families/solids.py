@@ -1,11 +1,39 @@
 """Convex pieces that fill a body and leave its hollows free: physics collides the hulls of meshes only."""
 
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterable, Sequence
+
 import numpy as np
+
+
+class Solids(Sequence):
+    """Convex pieces that are cut when they are first asked for: physics needs them, pictures do not."""
+
+    def __init__(self, cut: Callable[[], Iterable[np.ndarray]]):
+        self._cut = cut
+
+    @functools.cached_property
+    def _pieces(self) -> tuple[np.ndarray, ...]:
+        return tuple(self._cut())
+
+    def __getitem__(self, index):
+        return self._pieces[index]
+
+    def __len__(self) -> int:
+        return len(self._pieces)
+
+    def __add__(self, others: Sequence[np.ndarray]) -> Solids:
+        return Solids(lambda: (*self, *others))
+
+    def __reduce__(self):
+        return tuple, (self._pieces,)
 
 
 def lathe_solids(
     radius_m, height_m, *, sides: int, turn_rad: float = 0.0, tolerance_m: float = 0.0004
-) -> tuple[np.ndarray, ...]:
+) -> Solids:
     """Cut a turned body into convex pieces: bands of its height, where it is hollow also sectors around.
 
     Args:
@@ -15,6 +43,10 @@ def lathe_solids(
     Returns:
         (V, 3) vertices of each piece, metres.
     """
+    return Solids(lambda: _cut_lathe(radius_m, height_m, sides, turn_rad, tolerance_m))
+
+
+def _cut_lathe(radius_m, height_m, sides, turn_rad, tolerance_m):
     profile = np.stack([np.asarray(radius_m, float), np.asarray(height_m, float)], axis=1)
     pieces = []
     for inner, outer in _chains(profile):
