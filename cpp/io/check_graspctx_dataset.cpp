@@ -354,12 +354,15 @@ void check_scene(const fs::path& folder, const std::set<std::string>& families, 
   });
 }
 
+/// A user's mesh stands there as NAME@CHECKSUM, and is of the family NAME.
 std::set<std::string> families_of(const Json& header) {
   std::set<std::string> families;
   const Json* list = member(header, "families");
   if (list == nullptr || !list->is_array()) return families;
   for (const Json& family : *list) {
-    if (family.is_string()) families.insert(family.get<std::string>());
+    if (!family.is_string()) continue;
+    const auto name = family.get<std::string>();
+    families.insert(name.substr(0, name.find('@')));
   }
   return families;
 }

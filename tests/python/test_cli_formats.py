@@ -363,6 +363,11 @@ def test_a_sound_data_set(cli, dataset):
         assert row.split() in axes
 
 
+def test_a_mesh_has_its_checksum_in_the_header(cli, dataset):
+    replaced('["mug"]', '["pan@64cd", "mug@6d01"]')(dataset / "dataset.json")
+    assert cli("check", dataset).returncode == 0
+
+
 def edited_scene(edit):
     def damage(file):
         scene = json.loads(file.read_text())
