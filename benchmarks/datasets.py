@@ -77,10 +77,11 @@ SETS = {
         families=MESHES,
     ),
     "segmentation": FixedSet(
-        "one object, 10 of every class",
+        "one object, 10 of every class, on as many textured, faint and uniform tables",
         scenes=150,
         seed=106,
         families=f"{TRAINED},{UNTRAINED}",
+        options="--axis table=textured,faint,uniform --split test",
     ),
     "clutter": FixedSet(
         "three to six objects, some hiding others",
@@ -88,6 +89,13 @@ SETS = {
         seed=107,
         families=f"{TRAINED},{UNTRAINED}",
         options="--objects 3-6 --split test",
+    ),
+    "hard": FixedSet(
+        "one to four objects where everything that makes stereo fail happens",
+        scenes=90,
+        seed=110,
+        families=f"{TRAINED},{UNTRAINED}",
+        options="--difficulty hard --objects 1-4 --split test",
     ),
     "low": FixedSet("objects that lie lower than 2 cm, 20 of each", scenes=80, seed=108, families=LOW),
 }

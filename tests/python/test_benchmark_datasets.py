@@ -12,6 +12,7 @@ import pytest
 if importlib.util.find_spec("mujoco") is None:
     pytest.skip("rendered scenes need the extra 'sim' (mujoco)", allow_module_level=True)
 
+from graspctx.sim import FAMILIES
 from graspctx.sim.__main__ import build_parser
 
 PROGRAM = Path(__file__).resolve().parents[2] / "benchmarks" / "datasets.py"
@@ -36,8 +37,21 @@ def smoke(tmp_path_factory):
     return out
 
 
-def test_classes_that_models_are_trained_on_are_not_among_the_new_shapes(datasets):
-    assert not set(datasets.TRAINED.split(",")) & set(datasets.UNTRAINED.split(","))
+def test_every_set_is_a_command_that_make_understands(datasets):
+    seeds = []
+    for name, fixed in datasets.SETS.items():
+        options = build_parser().parse_args(datasets.make_arguments(name, Path("OUT")))
+        assert (options.scenes, options.seed) == (fixed.scenes, fixed.seed)
+        assert options.split == (
+            "train" if name == "training" else "validation" if name == "validation" else "test"
+        )
+        assert fixed.scenes % len(options.families) == 0  # as many scenes of each
+        seeds.append(fixed.seed)
+    assert len(set(seeds)) == len(seeds)
+
+
+def test_every_family_is_trained_on_or_is_a_new_shape(datasets):
+    assert sorted(f"{datasets.TRAINED},{datasets.UNTRAINED}".split(",")) == sorted(FAMILIES)
 
 
 def test_other_numbers_and_seeds_can_be_asked_for(datasets):

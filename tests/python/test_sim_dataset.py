@@ -288,7 +288,12 @@ def test_card_counts_what_is_there(dataset, records):
         ]
     bars = re.findall(r"^ *(\d+) to +(\d+) % +(\d+)", text, re.MULTILINE)
     shares = [entry["label_px"]["left"] / entry["visible_px"]["left"] for entry in entries]
-    assert [int(count) for _, _, count in bars[:10]] == np.histogram(shares, 10, (0, 1))[0].tolist()
+    unhidden = [entry["visible_share"]["left"] for entry in entries]
+    expected = [np.histogram(values, 10, (0, 1))[0].tolist() for values in (shares, unhidden)]
+    assert [int(count) for _, _, count in bars] == expected[0] + expected[1]
+    for name, of in (("table", SCENES), (r"pose \(object\)", len(entries))):
+        table = re.search(rf"^\| {name} \| count .*\n\|.*\n((?:\|.*\n)+)", text, re.MULTILINE)[1]
+        assert sum(int(row.split("|")[2]) for row in table.splitlines()) == of
     assert files_checksum(dataset) in text and scenes_checksum(dataset) in text
 
 
@@ -329,6 +334,9 @@ def test_every_family_has_its_rows_on_the_sheet(tmp_path):
     assert list(chosen) == ["bowl", "mug", "pencil"]
     assert len(chosen["bowl"]) == 1 and len(chosen["mug"]) == len(chosen["pencil"]) == 6
     assert not {folder for folder, _ in chosen["mug"]} & {folder for folder, _ in chosen["pencil"]}
+    # Where all scenes stand for others already, they are shown again.
+    few = [scene(index, "mug", "pencil") for index in range(4)]
+    assert {name: len(found) for name, found in choose_scenes(few).items()} == {"mug": 4, "pencil": 4}
     many = [scene(index, f"family{index % 30:02d}") for index in range(90)]
     assert {name: len(found) for name, found in choose_scenes(many).items()} == {
         f"family{number:02d}": 3 for number in range(30)

@@ -14,7 +14,6 @@ from .stored import read_header, read_scenes
 CARD = "README.md"
 _MOST_VALUES = 12
 """A named axis with more values than this is told by its quantiles, if they are numbers."""
-_OBJECT_AXES = "pose", "height_m", "low"
 _BARS = 10
 _BAR_LENGTH = 40
 
@@ -159,8 +158,7 @@ def _axes(scenes):
 def _items(record):
     """The named axes of a scene or of an object."""
     axes = record.get("axes")
-    named = {key: record[key] for key in _OBJECT_AXES if key in record}
-    return {**named, **(axes if isinstance(axes, dict) else {})}.items()
+    return axes.items() if isinstance(axes, dict) else ()
 
 
 def _object_items(entry):

@@ -74,9 +74,11 @@ def choose_scenes(scenes: Sequence[tuple[Path, dict]]) -> dict[str, list[tuple[P
     rows = max(1, _TILES // _COLUMNS // len(holding))
     chosen, used = {}, set()
     for family in sorted(holding, key=lambda name: (len(holding[name]), name)):
-        fresh = [scene for scene in holding[family] if scene[0] not in used] or holding[family]
-        picks = np.unique(np.linspace(0, len(fresh) - 1, min(len(fresh), rows * _COLUMNS)).astype(int))
-        chosen[family] = [fresh[pick] for pick in picks]
+        wanted = min(len(holding[family]), rows * _COLUMNS)
+        fresh = [scene for scene in holding[family] if scene[0] not in used]
+        picks = np.linspace(0, len(fresh) - 1, min(len(fresh), wanted)).astype(int)
+        again = [scene for scene in holding[family] if scene[0] in used]
+        chosen[family] = [fresh[pick] for pick in picks] + again[: wanted - len(picks)]
         used.update(folder for folder, _ in chosen[family])
     return dict(sorted(chosen.items()))
 
@@ -112,7 +114,11 @@ def _caption(folder, info, family):
     """The scene's name, and where it stands on the axes that one sees in a picture."""
     axes = info.get("axes", {})
     poses = [str(entry["pose"]) for entry in info["objects"] if entry["family"] == family and "pose" in entry]
-    words = [folder.name, f"{axes.get('table') or info.get('table_texture')} table", *dict.fromkeys(poses)]
+    words = [
+        folder.name.removeprefix("scene_"),
+        f"{axes.get('table') or info.get('table_texture')} table",
+        *dict.fromkeys(poses),
+    ]
     if "background" in axes:
         words.append(f"{axes['background']} behind")
     if axes.get("spacing") == "touching":
