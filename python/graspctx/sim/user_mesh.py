@@ -461,14 +461,17 @@ def _resting_poses(said: ObjectFile, vertices_m, centre_m) -> tuple[RestingPose,
 
 def _solids_m(said: ObjectFile, vertices_m) -> tuple[np.ndarray, ...]:
     """Corners of the convex parts; of the convex hull if none are given."""
-    from scipy.spatial import ConvexHull
+    from scipy.spatial import ConvexHull, QhullError
 
-    def hull(points):
-        return points[ConvexHull(points).vertices]
+    def hull(file, points):
+        try:
+            return points[ConvexHull(points).vertices]
+        except QhullError as error:
+            raise MeshError(f"{file}: the vertices lie in a plane; expected a body") from error
 
     if not said.solids:
-        return (hull(vertices_m),)
-    solids = tuple(hull(said.from_mesh(read_mesh(file).vertices)) for file in said.solids)
+        return (hull(said.mesh, vertices_m),)
+    solids = tuple(hull(file, said.from_mesh(read_mesh(file).vertices)) for file in said.solids)
     corners = np.concatenate(solids)
     size = np.ptp(vertices_m, axis=0).max()
     off = max(
