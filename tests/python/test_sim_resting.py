@@ -55,6 +55,16 @@ def test_cylinder_with_many_sides_lies_in_few_poses_that_touch_the_table():
         assert (height - height.min() < 1e-6).sum() >= 4  # an edge or face touches, not a point
 
 
+def test_ball_rests_every_way():
+    trimesh = pytest.importorskip("trimesh")
+    poses = resting_poses(trimesh.creation.icosphere(4, 0.05).vertices, np.zeros(3))
+    assert len(poses) > 100
+    assert sum(pose.weight for pose in poses) == pytest.approx(1)
+    # No way is preferred: the mean of the directions is nowhere.
+    mean = sum(pose.weight * pose.table_from_object[2] for pose in poses)
+    assert np.linalg.norm(mean) < 0.05
+
+
 @pytest.mark.parametrize("direction", [[0, 0, -1], [0, 0, 1], [1, 0, 0], [0.3, -2, 0.1], [1e-9, 0, 1]])
 def test_rotation_downwards(direction):
     rotation = rotation_downwards(np.array(direction, float))

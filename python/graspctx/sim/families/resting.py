@@ -86,24 +86,26 @@ def _tips_over_to(points, hull, face_of, normals, offsets):
 
 def _poses(normals, share, up):
     """Join faces that are nearly one direction, name them, and turn each downwards."""
-    groups: list[list] = []  # [direction of the most frequent face, share]
+    directions, weights = np.empty((0, 3)), np.empty(0)  # of the most frequent face of each group
     for face in np.argsort(-share, kind="stable"):
         if share[face] <= 0:
             break
-        for group in groups:
-            if group[0] @ normals[face] > np.cos(SAME_POSE_RAD):
-                group[1] += share[face]
-                break
+        near = np.flatnonzero(directions @ normals[face] > np.cos(SAME_POSE_RAD))
+        if len(near):
+            weights[near[0]] += share[face]
         else:
-            groups.append([normals[face], share[face]])
-    kept = [group for group in groups if group[1] >= LEAST_SHARE]
-    total = sum(weight for _, weight in kept)
+            directions = np.vstack([directions, normals[face]])
+            weights = np.append(weights, share[face])
+    # A ball lies in hundreds of ways, each of them seldom.
+    kept = weights >= min(LEAST_SHARE, 0.1 * weights.max())
+    directions, weights = directions[kept], weights[kept] / weights[kept].sum()
     poses = []
-    for down, weight in sorted(kept, key=lambda group: -group[1]):
+    for place in np.argsort(-weights, kind="stable"):
+        down = directions[place]
         rise = -down @ up / np.linalg.norm(up)
         name = "standing" if rise > np.cos(np.radians(15)) else "lying"
         name = "upside_down" if rise < -np.cos(np.radians(15)) else name
-        poses.append(RestingPose(name, float(weight / total), rotation_downwards(down)))
+        poses.append(RestingPose(name, float(weights[place]), rotation_downwards(down)))
     return tuple(poses)
 
 
