@@ -28,6 +28,11 @@ CUBE_SURFACE_MM2 = 6 * 60 * 60
 BAR_SURFACE_MM2 = 4 * 20 * 100 + 2 * 20 * 20
 
 
+@pytest.fixture(autouse=True)
+def no_folder_of_meshes(monkeypatch):
+    monkeypatch.delenv("GRASPCTX_MESHES", raising=False)
+
+
 def cube_and_bar(scale=0.001):
     cube = trimesh.creation.box((60, 60, 60))
     bar = trimesh.creation.box((100, 20, 20))
@@ -55,6 +60,19 @@ def write(folder, mesh=None, name="thing.stl", /, **changes):
 def areas(mesh: Mesh):
     a, b, c = mesh.vertices_m[mesh.faces].swapaxes(0, 1)
     return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+
+def test_meshes_are_found_in_the_folder_given_or_that_of_the_environment(tmp_path, monkeypatch):
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    cube_and_bar().export(elsewhere / "thing.stl")
+    file = write(tmp_path)
+    given = load_object(file, elsewhere)
+    monkeypatch.setenv("GRASPCTX_MESHES", str(elsewhere))
+    assert load_object(file).content_name() == given.content_name()
+    # The file's own folder comes first.
+    cube_and_bar(0.0011).export(tmp_path / "thing.stl")
+    assert load_object(file).shape_seed != given.shape_seed
 
 
 def open_edges(faces):
