@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..mesh import lathe
-from .profile import rotation_to_side
+from .profile import rotation_to_side, texture_v
 from .shape import ObjectShape, RestingPose
 from .solids import lathe_solids
 
@@ -46,15 +46,17 @@ def make_pencil(shape_seed: int) -> ObjectShape:
     profile = np.array([*profile, (0.0, length)])
 
     z = profile[:, 1]
-    v = z / length
-    v_cone, v_end = cone / length, ferrule / length
+    v = texture_v(z / length)
+    v_cone, v_end = texture_v(cone / length), texture_v(ferrule / length)
     if sharpened:
-        parts["lead"] = (0.0, lead * v_cone)
-        parts["wood"] = (lead * v_cone, v_cone)
-    parts["outside"] = (v_cone, v_end)
+        v_lead = texture_v(lead * cone / length)
+        parts["lead"] = (0.0, float(v_lead))
+        parts["wood"] = (float(v_lead), float(v_cone))
+    parts["outside"] = (float(v_cone), float(v_end))
     if eraser:
-        parts["metal"] = (v_end, (ferrule + band) / length)
-        parts["rubber"] = ((ferrule + band) / length, 1.0)
+        v_band = texture_v((ferrule + band) / length)
+        parts["metal"] = (float(v_end), float(v_band))
+        parts["rubber"] = (float(v_band), 1.0)
     in_middle = (z[:-1] >= middle[0] - 1e-9) & (z[1:] <= middle[1] + 1e-9)
     mesh = lathe(profile[:, 0], z, v, sides=sides, region=in_middle, turn_rad=np.pi / sides)
     # A flat side of the prism faces -x, which goes down.

@@ -17,6 +17,15 @@ def along(profile: np.ndarray) -> np.ndarray:
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(profile, axis=0), axis=1))])
 
 
+def texture_v(share: np.ndarray) -> np.ndarray:
+    """Texture coordinate v of a share in [0, 1] of an object's length.
+
+    It keeps off the texture's ends: there its first row and its last, which repeat, would mix.
+    """
+    margin = 1 / 256
+    return margin + (1 - 2 * margin) * np.asarray(share)
+
+
 def bezier(start, first_handle, second_handle, end, points: int = 20) -> np.ndarray:
     """(points, 2) of a cubic curve."""
     t = np.linspace(0, 1, points)[:, None]
@@ -146,7 +155,7 @@ class Turned:
 
     Attributes:
         profile: (P, 2) all of them, one after the other.
-        v: (P,) texture coordinate: share of the length walked.
+        v: (P,) texture coordinate along it.
         parts: interval of v of each texture part.
         length_m: of the profile.
     """
@@ -183,12 +192,14 @@ def turn_sections(sections, *, sides: int) -> Turned:
         ends.append(sum(map(len, lines)) - 1)
     profile = np.concatenate(lines)
     walked = along(profile)
-    v = walked / walked[-1]
+    v = texture_v(walked / walked[-1])
     parts, start = {}, 0
     for section, end in zip(sections, ends):
         first = parts[section.part][0] if section.part in parts else float(v[start])
         parts[section.part] = (first, float(v[end]))
         start = end
+    parts[sections[0].part] = (0.0, parts[sections[0].part][1])
+    parts[sections[-1].part] = (parts[sections[-1].part][0], 1.0)
     turn_rad = np.pi / sides
     return Turned(
         profile=profile,

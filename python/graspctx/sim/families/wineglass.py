@@ -2,10 +2,8 @@
 
 import numpy as np
 
-from ..mesh import lathe
-from .profile import along, lying, upside_down
+from .profile import Section, lying, turn_sections, upside_down
 from .shape import ObjectShape, RestingPose
-from .solids import lathe_solids
 
 
 def make_wineglass(shape_seed: int) -> ObjectShape:
@@ -70,25 +68,17 @@ def make_wineglass(shape_seed: int) -> ObjectShape:
     bowl_in = np.stack(
         [bowl_radius(s_in, belly - wall) * (rim_radius - wall) / bowl_radius(1.0, belly - wall), inner_z], 1
     )
-    bowl_in = bowl_in[1:-1]
-    profile = np.concatenate(
+    foot_line = np.concatenate([[[0, 0], [foot - edge / 3, 0], [foot, edge / 2]], foot_top])
+    crest = len(rim) // 2
+    turned = turn_sections(
         [
-            [[0, 0], [foot - edge / 3, 0], [foot, edge / 2]],
-            foot_top,
-            stem_line[1:],
-            bowl_out,
-            rim,
-            bowl_in,
-            [[0, inner_bottom]],
-        ]
+            Section("outside", foot_line),
+            Section("outside", stem_line, region=True),
+            Section("outside", np.concatenate([stem_line[-1:], bowl_out, rim[: crest + 1]])),
+            Section("inside", np.concatenate([rim[crest:], bowl_in[1:-1], [[0, inner_bottom]]])),
+        ],
+        sides=72,
     )
-    profile[:, 0] = np.where(np.abs(profile[:, 0]) < 1e-9, 0.0, profile[:, 0])
-    length = along(profile)
-    v = length / length[-1]
-    first_stem = 3 + len(foot_top) - 1
-    in_stem = np.zeros(len(profile) - 1, bool)
-    in_stem[first_stem : first_stem + len(stem_line) - 1] = True
-    rim_v = v[first_stem + len(stem_line) + len(bowl_out) + 4]
     return ObjectShape(
         family="wineglass",
         shape_seed=shape_seed,
@@ -102,15 +92,15 @@ def make_wineglass(shape_seed: int) -> ObjectShape:
             "foot_radius": foot,
             "wall": wall,
         },
-        mesh=lathe(profile[:, 0], profile[:, 1], v, sides=72, region=in_stem),
-        parts={"outside": (0.0, rim_v), "inside": (rim_v, 1.0)},
-        unrolled_m=(2 * np.pi * belly * 0.7, length[-1]),
+        mesh=turned.mesh,
+        parts=turned.parts,
+        unrolled_m=(2 * np.pi * belly * 0.7, turned.length_m),
         resting_poses=(
             RestingPose("standing", 0.88, np.eye(3)),
             upside_down(0.04),
-            lying(profile, 0.08),
+            lying(turned.profile, 0.08),
         ),
         region_name="stem",
         plain_share=0.4,
-        solids_m=lathe_solids(*profile.T, sides=72),
+        solids_m=turned.solids_m,
     )
