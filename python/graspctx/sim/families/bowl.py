@@ -54,7 +54,7 @@ def make_bowl(shape_seed: int) -> ObjectShape:
         family="bowl",
         shape_seed=shape_seed,
         dimensions_m={
-            "height": height,
+            "height": float(turned.profile[:, 1].max()),
             "top_radius": top,
             "foot_radius": foot,
             "wall": wall,

@@ -68,7 +68,12 @@ def make_cup(shape_seed: int) -> ObjectShape:
     return ObjectShape(
         family="cup",
         shape_seed=shape_seed,
-        dimensions_m={"height": height, "top_radius": top, "bottom_radius": bottom, "wall": wall},
+        dimensions_m={
+            "height": float(turned.profile[:, 1].max()),
+            "top_radius": top,
+            "bottom_radius": bottom,
+            "wall": wall,
+        },
         mesh=turned.mesh,
         parts=turned.parts,
         unrolled_m=(2 * np.pi * top, turned.length_m),

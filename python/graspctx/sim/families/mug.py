@@ -77,7 +77,7 @@ def make_mug(shape_seed: int) -> ObjectShape:
         family="mug",
         shape_seed=shape_seed,
         dimensions_m={
-            "height": height,
+            "height": float(turned.profile[:, 1].max()),
             "top_radius": top,
             "bottom_radius": bottom,
             "wall": wall,
