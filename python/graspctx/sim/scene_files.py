@@ -14,7 +14,7 @@ from .scene import Scene
 from .scene_json import describe_scene
 
 DEPTH_UNIT_M = 1e-4
-LOOKS = 4
+LOOKS = 5
 """Counts the changes after which the same seed gives other pictures."""
 
 
