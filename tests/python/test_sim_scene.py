@@ -349,7 +349,8 @@ def test_one_scene_gives_the_same_bytes_whatever_was_rendered_before(renderer):
 
 def test_solids_are_cut_when_asked_for_and_survive_a_copy_to_another_process():
     cuts = []
-    solids = Solids(lambda: cuts.append(1) or [np.eye(4, 3)]) + (np.zeros((4, 3)),)
+    more = (np.zeros((4, 3)),)
+    solids = Solids(lambda: cuts.append(1) or [np.eye(4, 3)]) + more
     assert not cuts
     copied = pickle.loads(pickle.dumps(solids))
     assert len(solids) == len(copied) == 2 and len(cuts) == 1

@@ -270,7 +270,11 @@ def corner_normals(vertices_m: np.ndarray, faces: np.ndarray, crease_rad: float 
     Returns:
         (F, 3, 3) unit normals, one for each corner of each face.
     """
-    _, welded = np.unique(np.round(vertices_m, 7), axis=0, return_inverse=True)
+    # Places as single numbers: rows take numpy three times as long to sort.
+    place = np.round(vertices_m * 1e7).astype(np.int64) @ np.array(
+        [1, 6364136223846793005, 1442695040888963407]  # wraps around; no two places meet but by chance
+    )
+    _, welded = np.unique(place, return_inverse=True)
     corner_vertex = welded.reshape(-1)[faces].reshape(-1)
     points = vertices_m[faces]
     normal = np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0])
