@@ -158,6 +158,7 @@ def test_objects_on_the_table_keep_apart_and_touch_where_they_are_asked_to(crowd
             reach = np.abs(placed.points_m[:, :2]).max(axis=0)
             assert (reach < np.array(scene.table.half_size_m) * np.sqrt(2)).all()
     assert touching >= 4
+    assert draw(0, "spacing=touching").spacing == "apart"
 
 
 def test_gap_of_outlines():

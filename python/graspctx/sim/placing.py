@@ -84,12 +84,13 @@ def place_objects(
         if candidate:
             placed[i] = candidate
     ids = {i: number for number, i in enumerate(sorted(placed), start=1)}
-    return tuple(
+    objects = tuple(
         replace(
             placed[i], id=ids[i], leans_on=None if placed[i].leans_on is None else ids[placed[i].leans_on]
         )
         for i in sorted(placed)
-    ), spacing
+    )
+    return objects, spacing if len(objects) > 1 else "apart"  # what stands alone touches nothing
 
 
 def _turn_z(angle_rad):
