@@ -46,8 +46,8 @@ struct GRASPCTX_EXPORT GraspModel {
 
 struct GRASPCTX_EXPORT TrainOptions {
   std::vector<double> svm_c{1, 3, 10};
-  std::vector<double> gamma_times_dimension{0.5, 1, 2};  // γ = value / D
-  int folds = 5;                                         // grouped by image
+  std::vector<double> gamma_times_dimension{0.5, 1};  // γ = value / D
+  int folds = 5;                                      // grouped by image
   int max_positives_per_group = 24;  // rows of each image kept to train the SVM; the sigmoid sees all rows
   int max_negatives_per_group = 48;
   int max_rows = 12000;        // of all images together: fewer of each where there are many, 1 and 2 at least
