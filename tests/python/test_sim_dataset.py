@@ -162,15 +162,16 @@ def test_unusable_output_exits_with_3_and_is_left_alone(dataset, tmp_path, capsy
     (tmp_path / "file").write_text("mine")
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "notes.txt").write_text("mine")
-    for name, content in (("broken", "{"), ("list", "[]")):
+    for name, content in (("broken", "{"), ("deep", 100_000 * "["), ("list", "[]")):
         (tmp_path / name).mkdir()
         (tmp_path / name / "dataset.json").write_text(content)
     (tmp_path / "readonly").mkdir(mode=0o500)
     cases = [
         (tmp_path / "file", SEED, 1, "is a file"),
         (tmp_path / "other", SEED, 1, "no dataset.json"),
-        (tmp_path / "broken", SEED, 1, "not a data set header"),
-        (tmp_path / "list", SEED, 1, "not a data set header"),
+        (tmp_path / "broken", SEED, 1, "not readable as JSON"),
+        (tmp_path / "deep", SEED, 1, "not readable as JSON"),
+        (tmp_path / "list", SEED, 1, "holds a list; expected a JSON object"),
         (dataset, SEED + 1, SCENES, "made with other options: seed 3; expected 4"),
         (dataset, SEED, 2, "expected at most 2 scenes"),
         (tmp_path / "file" / "set", SEED, 1, "Not a directory"),

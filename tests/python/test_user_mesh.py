@@ -426,7 +426,9 @@ def test_truncated_stl_and_millimetres_and_too_many_faces(tmp_path, monkeypatch)
         load_object(write(tmp_path, cube_and_bar()))
 
 
-@pytest.mark.parametrize("content", ["", "{", "[]", '"mug"', "\xff"])
+@pytest.mark.parametrize(
+    "content", ["", "{", "[]", '"mug"', "\xff", 100_000 * "["], ids=lambda content: repr(content[:9])
+)
 def test_object_file_that_is_not_one(content, tmp_path):
     file = tmp_path / "thing.json"
     file.write_bytes(content.encode("latin-1"))

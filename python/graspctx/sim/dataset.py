@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import functools
 import importlib.metadata
-import json
 import os
 import re
 import shutil
@@ -16,7 +15,7 @@ from .difficulty import DIFFICULTIES, with_axis
 from .families import FAMILIES, ObjectShape
 from .scene_files import LOOKS, encode_json
 from .splits import split_number
-from .stored import DatasetError
+from .stored import DatasetError, read_json
 from .workers import scene_renderer
 
 
@@ -128,11 +127,8 @@ def _check_output(out: Path, header: dict) -> None:
                 f"{out}: holds files but no dataset.json; expected a new or empty folder, or a data set"
             )
         return
-    try:
-        before = json.loads(file.read_bytes())
-        other = [key for key in header if key != "scenes" and before.get(key) != header[key]]
-    except (ValueError, AttributeError) as error:
-        raise DatasetError(f"{file}: not a data set header ({error}); expected JSON") from error
+    before = read_json(file)
+    other = [key for key in header if key != "scenes" and before.get(key) != header[key]]
     if other:
         key = other[0]
         raise DatasetError(

@@ -113,7 +113,7 @@ def read_object_file(path: str | os.PathLike, meshes: str | os.PathLike | None =
         content = json.loads(path.read_bytes())
     except OSError as error:
         raise MeshError(f"{path}: {error.strerror}; expected an object file (JSON)") from error
-    except ValueError as error:  # JSON and UTF-8 errors alike
+    except (ValueError, RecursionError) as error:  # JSON and UTF-8 errors alike, and deep nesting
         raise MeshError(f"{path}: not JSON ({error})") from error
     meshes = meshes or os.environ.get(MESHES_VARIABLE)
     reader = _Reader(path, [path.parent, *([Path(meshes)] if meshes else [])])
