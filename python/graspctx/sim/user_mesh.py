@@ -366,7 +366,7 @@ def _materials_by_name(content: bytes):
             return self
 
         def write(self, name, data):
-            raise NotImplementedError
+            raise PermissionError("names of materials are only read")
 
     kept = [line for line in lines if not line.startswith("mtllib")]
     return io.BytesIO("\n".join(["mtllib names.mtl", *kept, ""]).encode()), Names()
