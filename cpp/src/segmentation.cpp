@@ -7,170 +7,22 @@
 #include <string>
 #include <utility>
 
-#include "detail/figure_ground.hpp"
-#include "detail/hypotheses.hpp"
+#include "detail/check.hpp"
+#include "detail/depth_hypotheses.hpp"
+#include "detail/figure.hpp"
+#include "detail/masks.hpp"
+#include "detail/pair_checks.hpp"
 #include "detail/plane_geometry.hpp"
 #include "detail/relief.hpp"
 #include "detail/scene_checks.hpp"
-#include "detail/texture.hpp"
+#include "detail/table_hypotheses.hpp"
 
 namespace graspctx {
 
 namespace {
 
+using detail::grown;
 using detail::Hypothesis;
-
-/// Share of the textured pixels whose disparity both views agree on. Of two views that show different
-/// scenes, or that are swapped, hardly any do.
-double reliable_share(const cv::Mat& left, const Disparity& disparity) {
-  constexpr double texture_sigmas = 3;  // well textured: a failure there is the pair's, not the table's
-  const cv::Mat textured = detail::horizontal_texture(left, texture_sigmas);
-  int known = 0, all = 0;
-  for (int v = 0; v < left.rows; ++v) {
-    const auto* dense = disparity.dense.ptr<float>(v);
-    const auto* reliable = disparity.reliable.ptr<float>(v);
-    const auto* here = textured.ptr<uchar>(v);
-    // The leftmost columns may lie outside the right view.
-    for (int u = left.cols / 8; u < left.cols; ++u) {
-      if (!here[u]) continue;
-      ++all;
-      known += !std::isnan(dense[u]) && !std::isnan(reliable[u]) ? 1 : 0;
-    }
-  }
-  return all > 0 ? static_cast<double>(known) / all : 0;
-}
-
-/// The same picture twice has no depth.
-bool are_the_same_view(const cv::Mat& left, const cv::Mat& right) {
-  const double difference = cv::norm(left, right, cv::NORM_L1) / static_cast<double>(left.total());
-  return difference < 0.5 * detail::noise_sigma(left);
-}
-
-cv::Mat grown(const cv::Mat& mask, int by_px) {
-  cv::Mat result;
-  cv::dilate(mask, result, cv::Mat::ones(2 * by_px + 1, 2 * by_px + 1, CV_8U));
-  return result;
-}
-
-cv::Mat shrunk(const cv::Mat& mask, int by_px) {
-  cv::Mat result;
-  cv::erode(mask, result, cv::Mat::ones(2 * by_px + 1, 2 * by_px + 1, CV_8U));
-  return result;
-}
-
-/// The connected parts of a mask that hold enough of the seeds.
-cv::Mat parts_with_seeds(const cv::Mat& mask, const cv::Mat& seeds) {
-  cv::Mat labels;
-  const int count = cv::connectedComponents(mask, labels, 8, CV_32S);
-  std::vector<int> in_part(static_cast<std::size_t>(count), 0);
-  for (int v = 0; v < mask.rows; ++v) {
-    for (int u = 0; u < mask.cols; ++u) {
-      if (seeds.at<uchar>(v, u)) ++in_part[static_cast<std::size_t>(labels.at<int>(v, u))];
-    }
-  }
-  in_part[0] = 0;
-  const int most = *std::max_element(in_part.begin(), in_part.end());
-  cv::Mat kept = cv::Mat::zeros(mask.size(), CV_8UC1);
-  for (int label = 1; label < count; ++label) {
-    if (in_part[static_cast<std::size_t>(label)] * 5 > most) kept.setTo(255, labels == label);
-  }
-  return kept;
-}
-
-/// III-A, Fig. 2a: the view is fixated on the hypothesis, so that it has zero disparity, and the figure grows
-/// by continuity in depth: a watershed on the disparity between what is at zero and what is far from it.
-cv::Mat figure_at_zero_disparity(const Hypothesis& hypothesis, const cv::Mat& disparity,
-                                 const StereoCamera& camera) {
-  const double band_px = detail::zero_disparity_band_px(hypothesis.disparity_px + camera.doffs_px);
-  cv::Mat shown = cv::Mat::zeros(disparity.size(), CV_8UC3);
-  cv::Mat markers = cv::Mat::zeros(disparity.size(), CV_32S);
-  const cv::Rect near = cv::boundingRect(grown(hypothesis.seeds, 20));
-  const cv::Mat core = shrunk(hypothesis.seeds, 2);
-  constexpr int figure = 1, ground = 2;
-  for (int v = 0; v < disparity.rows; ++v) {
-    for (int u = 0; u < disparity.cols; ++u) {
-      const float d = disparity.at<float>(v, u);
-      int& marker = markers.at<int>(v, u);
-      if (!near.contains({u, v})) {
-        marker = ground;
-        continue;
-      }
-      if (std::isnan(d)) continue;
-      const double off = d - hypothesis.disparity_px;
-      const auto level = cv::saturate_cast<uchar>(128 + 40 * off / band_px);
-      shown.at<cv::Vec3b>(v, u) = {level, level, level};
-      if (std::abs(off) > 1.3 * band_px) {
-        marker = ground;
-      } else if (std::abs(off) < band_px && core.at<uchar>(v, u)) {
-        marker = figure;
-      }
-    }
-  }
-  if (cv::countNonZero(markers == figure) == 0) return {};
-  cv::watershed(shown, markers);
-  return parts_with_seeds(markers == figure, hypothesis.seeds);
-}
-
-/// III-A, Fig. 2b: what does not belong to the plane.
-cv::Mat figure_off_plane(const Hypothesis& hypothesis) {
-  cv::Mat mask;
-  cv::morphologyEx(hypothesis.seeds, mask, cv::MORPH_CLOSE, cv::Mat::ones(3, 3, CV_8U));
-  return parts_with_seeds(mask, hypothesis.seeds);
-}
-
-cv::Mat convex_hull(const cv::Mat& mask) {
-  std::vector<cv::Point> points, hull;
-  cv::findNonZero(mask, points);
-  cv::convexHull(points, hull);
-  cv::Mat filled = cv::Mat::zeros(mask.size(), CV_8UC1);
-  cv::fillConvexPoly(filled, hull, 255);
-  return filled;
-}
-
-/// What a pixel of unknown depth says: nothing, unless the ground around the object is known nearly
-/// everywhere. Then it is no ground: plain objects on textured tables show as holes in it.
-double unknown_odds(const cv::Mat& ground, const cv::Mat& outside) {
-  constexpr double unknown_of_figure = 0.5;
-  const double all = std::max(1, cv::countNonZero(outside));
-  const double unknown_of_ground = 1 - cv::countNonZero(ground & outside) / all;
-  return std::clamp(std::log(unknown_of_figure / std::max(unknown_of_ground, 0.02)), -0.3, 1.5);
-}
-
-/// III-A, Fig. 2c: depth and colour together, in a region around the hypothesis.
-cv::Mat figure_by_colour(const Hypothesis& hypothesis, const cv::Mat& image, const cv::Mat& known_ground,
-                         const cv::Mat& others) {
-  const cv::Rect box = cv::boundingRect(hypothesis.seeds);
-  const int margin = std::max(12, static_cast<int>(0.2 * std::max(box.width, box.height)));
-  const cv::Rect region =
-      cv::Rect(box.x - margin, box.y - margin, box.width + 2 * margin, box.height + 2 * margin) &
-      cv::Rect({0, 0}, image.size());
-  detail::FigureEvidence evidence;
-  evidence.image = image(region);
-  const cv::Mat seeds = hypothesis.seeds(region);
-  // The region is larger than the object: what runs over its sides is not the object's.
-  cv::Mat sides(image.size(), CV_8UC1, cv::Scalar(255));
-  sides(cv::Rect(region.x + 1, region.y + 1, region.width - 2, region.height - 2)).setTo(0);
-  for (int side = 0; side < 2; ++side) {
-    sides.col(side * (image.cols - 1)).setTo(0);
-    sides.row(side * (image.rows - 1)).setTo(0);
-  }
-  const cv::Mat ground = known_ground(region) & ~seeds;
-  const cv::Mat sure_figure = shrunk(seeds, 2), sure_ground = shrunk(ground, 2);
-  evidence.figure_seeds = cv::countNonZero(sure_figure) > 50 ? sure_figure : seeds;
-  const cv::Mat outside = ~grown(convex_hull(seeds), std::max(5, margin / 2));
-  evidence.ground_seeds = sure_ground | outside;
-  evidence.log_odds = cv::Mat(region.size(), CV_32FC1, cv::Scalar(unknown_odds(ground, outside)));
-  evidence.log_odds.setTo(-0.3, outside);
-  evidence.log_odds.setTo(-1, ground);
-  evidence.log_odds.setTo(1, seeds);
-  evidence.log_odds.setTo(-2, sure_ground);
-  evidence.log_odds.setTo(4, sure_figure);
-  evidence.log_odds.setTo(-20, (others(region) | sides(region)) & ~seeds);
-
-  cv::Mat mask = cv::Mat::zeros(image.size(), CV_8UC1);
-  detail::cut_figure(evidence).copyTo(mask(region));
-  return parts_with_seeds(mask, hypothesis.seeds);
-}
 
 /// Does the lower half of a figure border on the table, and not rather on something below it? A piece of
 /// floor that was matched wrongly seems to hover over the table.
@@ -278,17 +130,8 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
 
   Segmentation result;
   result.instance_ids = cv::Mat::zeros(size, CV_8UC1);
-  const cv::Mat left = detail::grey(pair.left), right = detail::grey(pair.right);
-  if (are_the_same_view(left, right)) {
-    result.warnings.emplace_back("the two views are the same picture: there is no depth in them");
-    return result;
-  }
-  const double share = reliable_share(left, disparity);
-  if (share < options.min_reliable_share) {
-    result.warnings.push_back(
-        "only " + std::to_string(static_cast<int>(100 * share)) +
-        " % of the textured pixels agree between the views: not a rectified stereo pair "
-        "of one scene, left view first");
+  if (const auto reason = detail::why_no_stereo_pair(pair, disparity, options.min_reliable_share)) {
+    result.warnings.push_back(*reason);
     return result;
   }
 
@@ -324,11 +167,11 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
     if (options.cues == CueLevel::colour) {
       const cv::Mat ground =
           result.table ? table : ground_off_zero_disparity(hypothesis, disparity.dense, camera);
-      mask = figure_by_colour(hypothesis, pair.left, ground, all_seeds & ~hypothesis.seeds);
+      mask = detail::figure_by_colour(hypothesis, pair.left, ground, all_seeds & ~hypothesis.seeds);
     } else if (options.cues == CueLevel::plane && result.table) {
-      mask = figure_off_plane(hypothesis);
+      mask = detail::figure_off_plane(hypothesis);
     } else {
-      mask = figure_at_zero_disparity(hypothesis, disparity.dense, camera);
+      mask = detail::figure_at_zero_disparity(hypothesis, disparity.dense, camera);
     }
     if (mask.empty() || (result.table && !stands_on_table(mask, relief.residual_px))) continue;
     mask.setTo(0, result.instance_ids);  // what was looked at first keeps its pixels

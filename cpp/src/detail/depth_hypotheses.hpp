@@ -3,17 +3,10 @@
 #include <optional>
 #include <vector>
 
-#include "detail/relief.hpp"
+#include "detail/hypothesis.hpp"
 #include "graspctx/segmentation.hpp"
 
 namespace graspctx::detail {
-
-/// Where an object may be: pixels that are surely its own.
-struct Hypothesis {
-  cv::Mat seeds;            // CV_8UC1 of the image's size, 255 = the hypothesis
-  double disparity_px = 0;  // median, where the view is fixated
-  double saliency = 0;
-};
 
 /// Half the width (px) of what counts as zero disparity in a view fixated at disparity + doffs = shifted_px:
 /// a share of the depth.
@@ -28,10 +21,5 @@ std::vector<Hypothesis> hypotheses_by_disparity(const Disparity& disparity, cons
 /// there are any. Nothing where no disparity is known around it.
 std::optional<Hypothesis> hypothesis_at(const cv::Point& fixation, const Disparity& disparity,
                                         const StereoCamera& camera, const SegmentationOptions& options);
-
-/// What stands on the table, from a bird's-eye view of the relief, most salient first.
-std::vector<Hypothesis> hypotheses_on_table(const RectifiedPair& pair, const Relief& relief,
-                                            const TablePlane& plane, const StereoCamera& camera,
-                                            const SegmentationOptions& options);
 
 }  // namespace graspctx::detail

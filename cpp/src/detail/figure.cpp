@@ -1,0 +1,99 @@
+#include "detail/figure.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "detail/depth_hypotheses.hpp"
+#include "detail/figure_ground.hpp"
+#include "detail/masks.hpp"
+
+namespace graspctx::detail {
+
+namespace {
+
+/// What a pixel of unknown depth says: nothing, unless the ground around the object is known nearly
+/// everywhere. Then it is no ground: plain objects on textured tables show as holes in it.
+double unknown_odds(const cv::Mat& ground, const cv::Mat& outside) {
+  constexpr double unknown_of_figure = 0.5;
+  const double all = std::max(1, cv::countNonZero(outside));
+  const double unknown_of_ground = 1 - cv::countNonZero(ground & outside) / all;
+  return std::clamp(std::log(unknown_of_figure / std::max(unknown_of_ground, 0.02)), -0.3, 1.5);
+}
+
+}  // namespace
+
+cv::Mat figure_at_zero_disparity(const Hypothesis& hypothesis, const cv::Mat& disparity,
+                                 const StereoCamera& camera) {
+  const double band_px = zero_disparity_band_px(hypothesis.disparity_px + camera.doffs_px);
+  cv::Mat shown = cv::Mat::zeros(disparity.size(), CV_8UC3);
+  cv::Mat markers = cv::Mat::zeros(disparity.size(), CV_32S);
+  const cv::Rect near = cv::boundingRect(grown(hypothesis.seeds, 20));
+  const cv::Mat core = shrunk(hypothesis.seeds, 2);
+  constexpr int figure = 1, ground = 2;
+  for (int v = 0; v < disparity.rows; ++v) {
+    for (int u = 0; u < disparity.cols; ++u) {
+      const float d = disparity.at<float>(v, u);
+      int& marker = markers.at<int>(v, u);
+      if (!near.contains({u, v})) {
+        marker = ground;
+        continue;
+      }
+      if (std::isnan(d)) continue;
+      const double off = d - hypothesis.disparity_px;
+      const auto level = cv::saturate_cast<uchar>(128 + 40 * off / band_px);
+      shown.at<cv::Vec3b>(v, u) = {level, level, level};
+      if (std::abs(off) > 1.3 * band_px) {
+        marker = ground;
+      } else if (std::abs(off) < band_px && core.at<uchar>(v, u)) {
+        marker = figure;
+      }
+    }
+  }
+  if (cv::countNonZero(markers == figure) == 0) return {};
+  cv::watershed(shown, markers);
+  return parts_with_seeds(markers == figure, hypothesis.seeds);
+}
+
+cv::Mat figure_off_plane(const Hypothesis& hypothesis) {
+  cv::Mat mask;
+  cv::morphologyEx(hypothesis.seeds, mask, cv::MORPH_CLOSE, cv::Mat::ones(3, 3, CV_8U));
+  return parts_with_seeds(mask, hypothesis.seeds);
+}
+
+cv::Mat figure_by_colour(const Hypothesis& hypothesis, const cv::Mat& image, const cv::Mat& known_ground,
+                         const cv::Mat& others) {
+  const cv::Rect box = cv::boundingRect(hypothesis.seeds);
+  const int margin = std::max(12, static_cast<int>(0.2 * std::max(box.width, box.height)));
+  const cv::Rect region =
+      cv::Rect(box.x - margin, box.y - margin, box.width + 2 * margin, box.height + 2 * margin) &
+      cv::Rect({0, 0}, image.size());
+  FigureEvidence evidence;
+  evidence.image = image(region);
+  const cv::Mat seeds = hypothesis.seeds(region);
+  // The region is larger than the object: what runs over its sides is not the object's.
+  cv::Mat sides(image.size(), CV_8UC1, cv::Scalar(255));
+  sides(cv::Rect(region.x + 1, region.y + 1, region.width - 2, region.height - 2)).setTo(0);
+  for (int side = 0; side < 2; ++side) {
+    sides.col(side * (image.cols - 1)).setTo(0);
+    sides.row(side * (image.rows - 1)).setTo(0);
+  }
+  const cv::Mat ground = known_ground(region) & ~seeds;
+  const cv::Mat sure_figure = shrunk(seeds, 2), sure_ground = shrunk(ground, 2);
+  evidence.figure_seeds = cv::countNonZero(sure_figure) > 50 ? sure_figure : seeds;
+  const cv::Mat outside = ~grown(convex_hull(seeds), std::max(5, margin / 2));
+  evidence.ground_seeds = sure_ground | outside;
+  evidence.log_odds = cv::Mat(region.size(), CV_32FC1, cv::Scalar(unknown_odds(ground, outside)));
+  evidence.log_odds.setTo(-0.3, outside);
+  evidence.log_odds.setTo(-1, ground);
+  evidence.log_odds.setTo(1, seeds);
+  evidence.log_odds.setTo(-2, sure_ground);
+  evidence.log_odds.setTo(4, sure_figure);
+  evidence.log_odds.setTo(-20, (others(region) | sides(region)) & ~seeds);
+
+  cv::Mat mask = cv::Mat::zeros(image.size(), CV_8UC1);
+  cut_figure(evidence).copyTo(mask(region));
+  return parts_with_seeds(mask, hypothesis.seeds);
+}
+
+}  // namespace graspctx::detail
