@@ -281,7 +281,6 @@ void check_scene(const fs::path& folder, const std::set<std::string>& families, 
   const bool is_scene_known = problems.collect([&] {
     scene = read_scene_json(scene_json);
     objects = scene_objects(scene, scene_json, problems);
-    if (objects.empty()) problems.add(scene_json, "lists no object, expected at least one");
     check_poses(scene, objects, scene_json, problems);
     check_axes(scene, scene_json, problems, summary);
     for (const SceneObject& object : objects) {

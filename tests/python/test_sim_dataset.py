@@ -366,6 +366,13 @@ def test_sheet_of_a_single_scene(dataset, tmp_path):
     assert Image.open(tmp_path / "sheet.png").size == (6 + tiles * 646, 26 + 240 + 12)
 
 
+def test_a_set_of_empty_tables_has_a_card_and_a_sheet(tmp_path):
+    made = make(tmp_path / "set", 1, "--objects", "0", "--sheet", tmp_path / "sheet.png")
+    assert made.returncode == 0, made.stderr
+    assert "# 1 stereo scene of 0 objects\n" in (tmp_path / "set" / "README.md").read_text()
+    assert Image.open(tmp_path / "sheet.png").size == (6 + 646, 26 + 240 + 12)
+
+
 def test_overlay_outlines_instances_and_tints_labels():
     colour = np.full((6, 8, 3), 90, np.uint8)
     instances, label = np.zeros((6, 8), np.uint8), np.zeros((6, 8), np.uint8)

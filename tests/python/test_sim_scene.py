@@ -337,6 +337,24 @@ def test_walls_stand_where_the_background_says(renderer, background, nearest_m, 
         assert np.median(top) < 1.6
 
 
+def test_a_table_can_stand_empty(renderer):
+    for index, start in enumerate(["easy", "default", "hard"]):
+        scene = draw(index, start=start, objects=(0, 0))
+        left, right = renderer.render(scene)
+        assert scene.objects == () and not left.instances.any() and not right.region.any()
+        described = describe_scene(scene, left, right)
+        assert described["objects"] == []
+        assert (described["axes"]["objects"], described["axes"]["occlusion"]) == (0, 0)
+        # The cameras look at the table, and nothing stands on it.
+        camera, (normal, offset_m) = scene.camera, scene.table_plane
+        v, u = np.indices(left.depth_m.shape)
+        rays = np.stack(
+            [(u - camera.centre_px[0]), (v - camera.centre_px[1]), np.full(u.shape, camera.focal_px)]
+        )
+        height_m = np.tensordot(normal, rays * left.depth_m / camera.focal_px, 1) + offset_m
+        assert (np.abs(height_m) < 0.001).mean() > 0.1
+
+
 def test_one_scene_gives_the_same_bytes_whatever_was_rendered_before(renderer):
     scene = draw(3, start="hard", objects=(2, 3))
     first = encode_scene(scene, *renderer.render(scene))

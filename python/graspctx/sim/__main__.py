@@ -64,9 +64,9 @@ def _count_range(text):
     try:
         value = (int(low), int(high or low))
     except ValueError:
-        value = (0, 0)
-    if not 1 <= value[0] <= value[1] <= 8:
-        raise argparse.ArgumentTypeError(f"'{text}' is not N or N-M with 1 <= N <= M <= 8")
+        value = (-1, -1)
+    if not 0 <= value[0] <= value[1] <= 8:
+        raise argparse.ArgumentTypeError(f"'{text}' is not N or N-M with 0 <= N <= M <= 8")
     return value
 
 
@@ -123,7 +123,11 @@ def _add_make(commands):
     )
     make.add_argument("--meshes", metavar="DIR", type=Path, help=MESHES_HELP)
     make.add_argument(
-        "--objects", metavar="N[-M]", type=_count_range, default=(1, 1), help="objects a scene (default: 1)"
+        "--objects",
+        metavar="N[-M]",
+        type=_count_range,
+        default=(1, 1),
+        help="objects a scene, 0 for an empty table (default: 1)",
     )
     make.add_argument(
         "--resolution",

@@ -49,7 +49,7 @@ def make_dataset(
         scenes: number of scenes.
         seed: scene i depends on (seed, i) and on the options down to `axes` alone.
         families: names of object families, or objects (users' meshes); None for all families.
-        objects: (fewest, most) objects in a scene.
+        objects: (fewest, most) objects in a scene; 0 is an empty table.
         image_size: (width, height) px.
         split: "train", "validation" or "test"; two splits share no shape and no texture.
         difficulty: name in DIFFICULTIES: what the scenes are drawn from.

@@ -113,7 +113,8 @@ def draw_scene(
 
     Args:
         families: names of families, or objects; the first object's goes round them, the others' are drawn.
-        objects: (fewest, most) objects. Scenes in which something leans or is to be hidden have at least two.
+        objects: (fewest, most) objects; (0, 0) leaves the table empty. Scenes in which something leans or is
+            to be hidden have at least two.
         image_size: (width, height) px.
         split: one of splits.SPLITS; two splits share no shape, no texture and no other draw.
         difficulty: what the axes are drawn from. Where the objects do not allow an occlusion, a pose or a
@@ -176,7 +177,7 @@ def _draw_view(rng, camera, families, count, first_family, split, difficulty):
         leans = any(item.pose == "leaning" for item in placed)
         if set(difficulty.pose) == {"leaning"} and not leans and placing < LEANINGS - 1:
             continue
-        points = np.concatenate([item.points_m for item in placed])
+        points = np.concatenate([item.points_m for item in placed] or [np.zeros((1, 3))])
         middle = (points.min(axis=0) + points.max(axis=0)) / 2
         seen_from = 0
         for _ in range(VIEWS):
@@ -192,7 +193,7 @@ def _draw_view(rng, camera, families, count, first_family, split, difficulty):
             if not camera.sees_all(seen, margin_px=0.015 * camera.image_size[0]):
                 continue
             view = placed, spacing, viewpoint, cam_from_table
-            if len(placed) == 1 and lowest == 0:
+            if len(placed) <= 1 and lowest == 0:
                 return view
             hidden = 1 - visible_shares(camera, cam_from_table, placed).min()
             miss = max(lowest - hidden, hidden - highest, 0.0)
@@ -222,7 +223,7 @@ def _draw_azimuth_deg(rng, placed, *, towards_one):
 
 
 def _draw_table(rng, placed, split, difficulty):
-    reach = max(np.linalg.norm(item.points_m[:, :2], axis=1).max() for item in placed)
+    reach = max((np.linalg.norm(item.points_m[:, :2], axis=1).max() for item in placed), default=0.0)
     half_size = np.maximum(rng.uniform(0.35, 1.0, 2), reach + 0.03)
     return Table(
         texture=difficulty.choose(rng, "table"),
@@ -244,7 +245,7 @@ def _draw_background(rng, placed, cam_from_table, viewpoint, split, difficulty):
     walls = [(float(turn + side * np.pi / 2), distance) for side in range(4)]
     behind = np.radians(viewpoint.azimuth_deg + 180 + rng.uniform(-35, 35))
     outwards = np.array([np.cos(behind), np.sin(behind)])
-    reach = max((item.points_m[:, :2] @ outwards).max() for item in placed)
+    reach = max(((item.points_m[:, :2] @ outwards).max() for item in placed), default=0.0)
     close = float(max(reach, 0.0) + rng.uniform(0.04, 0.45))
     if kind == "wall":
         walls.append((float(behind), close))

@@ -73,7 +73,7 @@ def _describe_axes(scene: Scene, objects: list[dict], left: View) -> dict:
         "low": any(entry["low"] for entry in objects),
         "leaning": any(entry["pose"] == "leaning" for entry in objects),
         "spacing": scene.spacing,
-        "occlusion": round(1 - min(entry["visible_share"]["left"] for entry in objects), 4),
+        "occlusion": round(1 - min((entry["visible_share"]["left"] for entry in objects), default=1), 4),
         "shadow": "cast" if any(light.casts_shadow for light in scene.lights) else "none",
         "brightness": round(float(left.colour.mean()), 2),
         "elevation_deg": round(scene.viewpoint.elevation_deg, 3),
