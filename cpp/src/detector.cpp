@@ -220,7 +220,8 @@ Detection detect_grasps(const cv::Mat& left, const cv::Mat& right, const StereoC
         segment_objects(detection.pair, detection.disparity, camera, options.segmentation);
   } else {
     detection.segmentation = segmentation_from_mask(mask, detection.image_size);
-    detection.segmentation.table = fit_table_plane(detection.pair, detection.disparity, camera);
+    detection.segmentation.table =
+        fit_table_plane(detection.pair, detection.disparity, camera, options.segmentation);
   }
   detection.warnings = detection.segmentation.warnings;
   clock.stage_done("segmentation");

@@ -113,6 +113,13 @@ void SegmentationOptions::check() const {
   require_option(cell_m >= 0.001 && cell_m <= 0.1,
                  "cell_m must be between 0.001 and 0.1, got " + std::to_string(cell_m));
   require_option(!fixation_px || fixation_px->allFinite(), "fixation_px must be finite");
+  constexpr double unit_within = 1e-3;
+  require_option(!table || (table->normal.allFinite() && std::abs(table->normal.norm() - 1) <= unit_within),
+                 "table: the normal must have length 1");
+  require_option(!table || (table->offset_m > 0 && std::isfinite(table->offset_m)),
+                 "table: the normal must point towards the camera, and offset_m be a number > 0");
+  require_option(!gravity || (gravity->allFinite() && gravity->norm() > 1e-6 && gravity->norm() < 1e6),
+                 "gravity must be finite and not zero");
 }
 
 Segmentation segment_objects(const RectifiedPair& pair, const Disparity& disparity,
@@ -139,7 +146,7 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
   detail::Relief relief;
   cv::Mat table;
   if (options.cues != CueLevel::disparity) {
-    result.table = fit_table_plane(pair, disparity, camera);
+    result.table = fit_table_plane(pair, disparity, camera, options);
     if (!result.table) {
       result.warnings.emplace_back("no support plane: objects are told by steps in depth alone");
     }

@@ -38,11 +38,14 @@ std::vector<Sample> grid_samples(const cv::Mat& disparity, double wanted) {
   return samples;
 }
 
-/// A table rises towards the horizon, and the camera looks down on it neither along it nor like at a wall.
-bool looks_like_a_table(const TablePlane& plane) {
+/// Tables are level. Without gravity: a table rises towards the horizon, and an upright camera looks down on
+/// it neither along it nor like at a wall.
+bool looks_like_a_table(const TablePlane& plane, const std::optional<Eigen::Vector3d>& gravity) {
   constexpr double degree = CV_PI / 180;
   const Eigen::Vector3d up = plane.normal;  // y points down in the image
-  if (!up.allFinite() || up.y() >= 0) return false;
+  if (!up.allFinite()) return false;
+  if (gravity) return up.dot(-gravity->normalized()) >= std::cos(15 * degree);
+  if (up.y() >= 0) return false;
   const double elevation = std::asin(std::clamp(-up.z(), -1.0, 1.0));
   const double roll = std::atan2(up.x(), -up.y());
   return elevation >= 8 * degree && elevation <= 75 * degree && std::abs(roll) <= 35 * degree;
@@ -65,7 +68,8 @@ double support(const Coefficients& plane, const std::vector<Sample>& samples) {
   return sum;
 }
 
-std::optional<Coefficients> ransac(const std::vector<Sample>& samples, const StereoCamera& camera) {
+std::optional<Coefficients> ransac(const std::vector<Sample>& samples, const StereoCamera& camera,
+                                   const std::optional<Eigen::Vector3d>& gravity) {
   constexpr int draws = 600;
   std::mt19937 random(20090512);  // fixed: the same scene always gives the same plane
   std::optional<Coefficients> best;
@@ -80,7 +84,7 @@ std::optional<Coefficients> ransac(const std::vector<Sample>& samples, const Ste
     }
     if (std::abs(points.determinant()) < 1000) continue;  // twice the triangle's area: too thin
     const Coefficients plane = points.inverse() * disparities;
-    if (!looks_like_a_table(detail::plane_from_disparity(plane, camera))) continue;
+    if (!looks_like_a_table(detail::plane_from_disparity(plane, camera), gravity)) continue;
     const double s = support(plane, samples);
     if (s > best_support) {
       best_support = s;
@@ -194,13 +198,20 @@ Coefficients refine_on_grey_levels(const Coefficients& start, const RectifiedPai
 }  // namespace
 
 std::optional<TablePlane> fit_table_plane(const RectifiedPair& pair, const Disparity& disparity,
-                                          const StereoCamera& camera) {
+                                          const StereoCamera& camera, const SegmentationOptions& options) {
+  options.check();
   camera.check();
   detail::require_scene(pair, disparity);
 
   const std::vector<Sample> few = grid_samples(disparity.reliable, 5000);
+  if (options.table) {
+    TablePlane known =
+        detail::plane_in_view(options.table->normal.normalized(), options.table->offset_m, camera);
+    known.sigma_px = spread_px({known.alpha, known.beta, known.delta_px}, few, 2 * inlier_px);
+    return known;
+  }
   if (few.size() < 50) return std::nullopt;
-  const auto drawn = ransac(few, camera);
+  const auto drawn = ransac(few, camera, options.gravity);
   if (!drawn) return std::nullopt;
   const std::vector<Sample> many = grid_samples(disparity.reliable, 40000);
   const Coefficients fitted = refine_on_disparities(*drawn, many);
@@ -209,7 +220,7 @@ std::optional<TablePlane> fit_table_plane(const RectifiedPair& pair, const Dispa
 
   TablePlane plane = detail::plane_from_disparity(refined, camera);
   plane.sigma_px = spread_px(refined, many, 2 * inlier_px);
-  if (!looks_like_a_table(plane)) return std::nullopt;
+  if (!looks_like_a_table(plane, options.gravity)) return std::nullopt;
   // A plane that carries hardly anything of what is known is no support.
   constexpr double least_share = 0.2;
   double on_plane = 0;

@@ -26,6 +26,18 @@ inline StereoCamera test_camera() {
   return camera;
 }
 
+/// Sensor noise, so that nothing rests on perfect images.
+inline void add_noise(RectifiedPair& pair, double sigma, std::uint32_t seed = 11) {
+  std::mt19937 generator(seed);
+  for (cv::Mat* view : {&pair.left, &pair.right}) {
+    for (int i = 0; i < static_cast<int>(view->total()) * view->channels(); ++i) {
+      double sum = -6;
+      for (int k = 0; k < 12; ++k) sum += uniform(generator);  // nearly normal, variance 1
+      view->data[i] = cv::saturate_cast<uchar>(view->data[i] + sigma * sum);
+    }
+  }
+}
+
 /// Smooth random colours: something for a matcher to hold on to.
 inline cv::Mat random_texture(const cv::Size& size, std::uint32_t seed, double cell_px = 3) {
   std::mt19937 generator(seed);

@@ -19,22 +19,10 @@ const Box tall_box{{-0.08, 0.03, 0.05}, {0.03, 0.02, 0.05}, 0.4, {60, 90, 200}};
 const Box flat_box{{0.09, 0.02, 0.02}, {0.05, 0.035, 0.02}, -0.3, {190, 120, 60}};
 const Box pencil{{0.0, -0.09, 0.0035}, {0.08, 0.0035, 0.0035}, 0.35, {50, 180, 190}};
 
-/// Sensor noise, so that nothing rests on perfect images.
-void add_noise(RectifiedPair& pair, double sigma, std::uint32_t seed = 11) {
-  std::mt19937 generator(seed);
-  for (cv::Mat* view : {&pair.left, &pair.right}) {
-    for (int i = 0; i < static_cast<int>(view->total()) * view->channels(); ++i) {
-      double sum = -6;
-      for (int k = 0; k < 12; ++k) sum += testing::uniform(generator);  // nearly normal, variance 1
-      view->data[i] = cv::saturate_cast<uchar>(view->data[i] + sigma * sum);
-    }
-  }
-}
-
 CastScene make_scene(const std::vector<Box>& boxes,
                      const Eigen::Isometry3d& cam_from_table = testing::look_at_table()) {
   CastScene scene = testing::cast_scene(testing::test_camera(), boxes, cam_from_table);
-  add_noise(scene.pair, 1);
+  testing::add_noise(scene.pair, 1);
   return scene;
 }
 
@@ -65,46 +53,6 @@ double overlap(const CastScene& scene, int true_id, const Segmentation& found) {
         std::max(best, static_cast<double>(cv::countNonZero(mask & truth)) / cv::countNonZero(mask | truth));
   }
   return best;
-}
-
-double angle_deg(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return std::acos(std::min(1.0, a.dot(b))) * 180 / CV_PI;
-}
-
-TEST(TablePlane, IsFoundToATenthOfADegreeAndAMillimetre) {
-  const CastScene& scene = two_boxes();
-  const auto plane = fit_table_plane(scene.pair, compute_disparity(scene.pair), testing::test_camera());
-  ASSERT_TRUE(plane);
-  EXPECT_LT(angle_deg(plane->normal, scene.table.normal), 0.1);
-  EXPECT_NEAR(plane->normal.norm(), 1, 1e-12);
-  EXPECT_NEAR(plane->height_m(scene.cam_from_table * Eigen::Vector3d(0, 0, 0)), 0, 0.0005);
-  EXPECT_NEAR(plane->height_m(scene.cam_from_table * Eigen::Vector3d(0.1, -0.1, 0.05)), 0.05, 0.001);
-  // The image's form of it is the same plane.
-  for (const Eigen::Vector2d& pixel : {Eigen::Vector2d(100, 150), Eigen::Vector2d(500, 400)}) {
-    const double d = plane->alpha * pixel.x() + plane->beta * pixel.y() + plane->delta_px;
-    EXPECT_NEAR(plane->height_m(testing::test_camera().triangulate(pixel, d)), 0, 1e-9);
-  }
-  EXPECT_GT(plane->sigma_px, 0);
-  EXPECT_LT(plane->sigma_px, 1);
-}
-
-TEST(TablePlane, HoldsForCamerasWhosePrincipalPointsDiffer) {
-  // The right view moved by some pixels and doffs with it is the same scene.
-  const CastScene& scene = two_boxes();
-  constexpr int moved_px = 12;
-  StereoCamera camera = testing::test_camera();
-  camera.doffs_px = moved_px;
-  RectifiedPair pair = scene.pair;
-  cv::warpAffine(scene.pair.right, pair.right, cv::Matx23d(1, 0, moved_px, 0, 1, 0), pair.right.size());
-  const auto plane = fit_table_plane(pair, compute_disparity(pair), camera);
-  ASSERT_TRUE(plane);
-  EXPECT_LT(angle_deg(plane->normal, scene.table.normal), 0.1);
-  EXPECT_NEAR(plane->offset_m, scene.table.offset_m, 0.001);
-}
-
-TEST(TablePlane, AWallIsNoTable) {
-  const CastScene wall = make_scene({}, testing::look_at_table(0.7, 1.5707));
-  EXPECT_FALSE(fit_table_plane(wall.pair, compute_disparity(wall.pair), testing::test_camera()));
 }
 
 TEST(Segmentation, ColourFindsEachObjectAndNothingElse) {

@@ -46,6 +46,12 @@ struct GRASPCTX_EXPORT SegmentationOptions {
       0.5;                // of the textured pixels; below, the pair is no stereo pair and holds no object
   double cell_m = 0.005;  // cell of the bird's-eye grid
   std::optional<Eigen::Vector2d> fixation_px;  // look at the object at this pixel of the left view only
+  /// The table of a rig that does not move: its unit normal and offset_m are used as they are, the rest is
+  /// not read.
+  std::optional<TablePlane> table;
+  /// The direction in which things fall, in the camera frame, of any length > 0 (an accelerometer at rest
+  /// shows its opposite). A level plane is looked for instead of one below an upright camera.
+  std::optional<Eigen::Vector3d> gravity;
   void check() const;
 };
 
@@ -61,12 +67,15 @@ GRASPCTX_EXPORT Segmentation segment_objects(const RectifiedPair& pair, const Di
                                              const StereoCamera& camera,
                                              const SegmentationOptions& options = {});
 
-/// The robust plane fit alone (RANSAC, Tukey, photometric refinement). Only a plane that the camera looks
-/// down on by 8° to 75°, rolled by at most 35°, is taken for a table: a wall is not, nor a table seen from
-/// right above. Nothing if no such plane supports anything.
+/// The supporting plane alone: options.table where it is known, otherwise a robust fit (RANSAC, Tukey,
+/// photometric refinement). A table is level within 15° where options.gravity says how things fall. Without
+/// it the camera is taken to be about upright, and only a plane that it looks down on by 8° to 75°, rolled by
+/// at most 35°, is a table: a wall is not, nor a table seen from right above. Nothing if no such plane
+/// supports anything. Of the options only table and gravity are used.
 GRASPCTX_EXPORT std::optional<TablePlane> fit_table_plane(const RectifiedPair& pair,
                                                           const Disparity& disparity,
-                                                          const StereoCamera& camera);
+                                                          const StereoCamera& camera,
+                                                          const SegmentationOptions& options = {});
 
 /// The object before a plain, light background, from one image (CV_8UC3 BGR or CV_8UC1): CV_8UC1, 255 =
 /// object, all 0 if nothing stands out. The background is what has the colour of the image's border,

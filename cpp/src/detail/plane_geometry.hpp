@@ -25,6 +25,19 @@ inline TablePlane plane_from_disparity(const Eigen::Vector3d& coefficients, cons
   return plane;
 }
 
+/// The same table from its unit normal and offset_m, the other way round. offset_m must not be 0.
+inline TablePlane plane_in_view(const Eigen::Vector3d& normal, double offset_m, const StereoCamera& camera) {
+  const Eigen::Vector3d m = -camera.focal_px * camera.baseline_m / offset_m * normal;
+  TablePlane plane;
+  plane.alpha = m.x() / camera.focal_px;
+  plane.beta = m.y() / camera.focal_px;
+  plane.delta_px =
+      m.z() - camera.doffs_px - plane.alpha * camera.centre_px.x() - plane.beta * camera.centre_px.y();
+  plane.normal = normal;
+  plane.offset_m = offset_m;
+  return plane;
+}
+
 /// Height (m) above the table of what is seen at (u, v) with the given disparity.
 inline double height_m(const TablePlane& plane, const StereoCamera& camera, double u, double v,
                        double disparity_px) {
