@@ -11,6 +11,7 @@
 #include "detail/depth_hypotheses.hpp"
 #include "detail/figure.hpp"
 #include "detail/masks.hpp"
+#include "detail/object_measures.hpp"
 #include "detail/pair_checks.hpp"
 #include "detail/plane_geometry.hpp"
 #include "detail/relief.hpp"
@@ -144,6 +145,7 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
 
   std::vector<Hypothesis> hypotheses;
   detail::Relief relief;
+  detail::TableFrame frame;
   cv::Mat table;
   if (options.cues != CueLevel::disparity) {
     result.table = fit_table_plane(pair, disparity, camera, options);
@@ -153,7 +155,8 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
   }
   if (result.table) {
     relief = detail::relief_over_plane(pair, disparity, *result.table);
-    hypotheses = detail::hypotheses_on_table(pair, relief, *result.table, camera, options);
+    frame = detail::table_frame(relief, *result.table, camera);
+    hypotheses = detail::hypotheses_on_table(pair, relief, *result.table, frame, camera, options);
     table = ground_of(relief, 0.4);
   } else {
     hypotheses = detail::hypotheses_by_disparity(disparity, camera, options);
@@ -188,6 +191,9 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
     result.instance_ids.setTo(id, mask);
     result.objects.push_back(describe_object(mask, id));
     result.objects.back().saliency = hypothesis.saliency;
+    if (result.table) {
+      detail::measure_on_table(result.objects.back(), mask, disparity, relief, *result.table, frame, camera);
+    }
   }
   return result;
 }

@@ -26,6 +26,13 @@ struct CastScene {
   Eigen::Isometry3d cam_from_table;
 };
 
+/// The table ends there, and a floor lies below it.
+struct TableEdges {
+  Eigen::Vector2d low_m = Eigen::Vector2d::Constant(-std::numeric_limits<double>::infinity()),
+                  high_m = -low_m;
+  double floor_m = -0.5;
+};
+
 /// A camera looking down on the table's origin from a distance, tilted by an elevation.
 inline Eigen::Isometry3d look_at_table(double distance_m = 0.7, double elevation_rad = 0.7,
                                        double roll_rad = 0.05) {
@@ -60,7 +67,8 @@ inline double solid_noise(const Eigen::Vector3d& point_m, double cell_m, std::ui
 }
 
 inline CastScene cast_scene(const StereoCamera& camera, const std::vector<Box>& boxes,
-                            const Eigen::Isometry3d& cam_from_table = look_at_table()) {
+                            const Eigen::Isometry3d& cam_from_table = look_at_table(),
+                            const TableEdges& edges = {}) {
   const cv::Size size(camera.width_px, camera.height_px);
   CastScene scene;
   scene.cam_from_table = cam_from_table;
@@ -88,6 +96,10 @@ inline CastScene cast_scene(const StereoCamera& camera, const std::vector<Box>& 
                                                       (v - camera.centre_px.y()) / camera.focal_px,
                                                       1);  // Z = 1
         double nearest = ray.z() < 0 ? -eye.z() / ray.z() : std::numeric_limits<double>::infinity();
+        const Eigen::Array2d at = (eye + nearest * ray).head<2>();
+        if ((at < edges.low_m.array() || at > edges.high_m.array()).any()) {
+          nearest = ray.z() < 0 ? (edges.floor_m - eye.z()) / ray.z() : nearest;
+        }
         int hit = 0;
         for (std::size_t b = 0; b < boxes.size(); ++b) {
           const Eigen::AngleAxisd turn(-boxes[b].turn_rad, Eigen::Vector3d::UnitZ());

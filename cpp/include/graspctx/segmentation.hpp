@@ -33,8 +33,16 @@ struct ObjectHypothesis {
   int id = 0;  // its value in Segmentation::instance_ids, from 1
   cv::Rect bounding_box_px;
   Eigen::Vector2d centroid_px{0, 0};
-  double saliency = 0;  // the hypotheses are ordered by it, largest first
-  bool touches_border = false;
+  /// What is large and in reach is looked at first: the area that is surely seen of it (cm², square to the
+  /// view) over its distance (m); of a caller's own mask its pixels. The hypotheses are ordered by it.
+  double saliency = 0;
+  bool touches_border = false;  // cut by the image
+  /// Part of it stands or hangs beyond the table's edge, where that edge is seen. False without a plane.
+  bool leaves_table = false;
+  /// Length and width (length >= width) of what is seen of it from right above, and its height over the
+  /// table. The far side is not seen: a box is longer than that by what it hides. Nothing without a plane, or
+  /// if hardly any of its depth is known.
+  std::optional<Eigen::Vector3d> size_m;
 };
 
 struct GRASPCTX_EXPORT SegmentationOptions {

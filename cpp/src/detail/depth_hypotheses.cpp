@@ -98,7 +98,7 @@ std::vector<Hypothesis> hypotheses_by_disparity(const Disparity& disparity, cons
       part.copyTo(seeds(box));
       cv::resize(seeds, hypothesis.seeds, disparity.dense.size(), 0, 0, cv::INTER_NEAREST);
       hypothesis.disparity_px = fixated_px;
-      hypothesis.saliency = area;
+      hypothesis.saliency = saliency_of(4 * area, fixated_px, camera);
       found.push_back(std::move(hypothesis));
     }
   }
@@ -147,8 +147,9 @@ std::optional<Hypothesis> hypothesis_at(const cv::Point& fixation, const Dispari
   cv::Mat standing = runs_between_steps(at_zero, disparity.dense, step_in_depth_px(shifted_px)) & reach;
   cv::morphologyEx(standing, standing, cv::MORPH_CLOSE, cv::Mat::ones(3, 3, CV_8U));
   hypothesis.seeds = parts_holding(standing, gaze, 1) | (gaze & at_zero);
-  hypothesis.saliency = cv::countNonZero(hypothesis.seeds);
-  if (hypothesis.saliency <= 0) return std::nullopt;
+  const int area = cv::countNonZero(hypothesis.seeds);
+  if (area == 0) return std::nullopt;
+  hypothesis.saliency = saliency_of(area, hypothesis.disparity_px, camera);
   return hypothesis;
 }
 

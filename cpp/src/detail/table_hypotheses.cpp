@@ -1,6 +1,5 @@
 #include "detail/table_hypotheses.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,56 +13,6 @@
 namespace graspctx::detail {
 
 namespace {
-
-/// Bird's-eye view: a point of the camera frame on the table's own two axes (m).
-struct TableAxes {
-  Eigen::Vector3d right, nearer;
-
-  explicit TableAxes(const TablePlane& plane) {
-    right = (Eigen::Vector3d::UnitX() - plane.normal.x() * plane.normal).normalized();
-    nearer = right.cross(plane.normal);
-  }
-  cv::Point2f of(const Eigen::Vector3d& point_m) const {
-    return {static_cast<float>(right.dot(point_m)), static_cast<float>(nearer.dot(point_m))};
-  }
-};
-
-/// The table as far as it is seen: convex hull, on its own axes, of what lies on the plane.
-std::vector<cv::Point2f> table_hull(const Relief& relief, const TablePlane& plane, const StereoCamera& camera,
-                                    const TableAxes& axes) {
-  const cv::Size size = relief.residual_px.size();
-  cv::Mat on_plane(size, CV_32FC1), off_plane(size, CV_32FC1);
-  const double within_px = std::max(0.5, 2 * plane.sigma_px);
-  for (int v = 0; v < size.height; ++v) {
-    const auto* residual = relief.residual_px.ptr<float>(v);
-    for (int u = 0; u < size.width; ++u) {
-      on_plane.at<float>(v, u) = std::abs(residual[u]) < within_px ? 1.0F : 0.0F;
-      off_plane.at<float>(v, u) = std::abs(residual[u]) >= within_px ? 1.0F : 0.0F;
-    }
-  }
-  // A wall or floor that crosses the plane lies on it along a line only: look at the share in a window.
-  const cv::Size window(21, 21);
-  cv::boxFilter(on_plane, on_plane, CV_32F, window);
-  cv::boxFilter(off_plane, off_plane, CV_32F, window);
-  on_plane = (on_plane > off_plane) & (on_plane > 0.15);
-  cv::Mat labels, stats, centres;
-  const int count = cv::connectedComponentsWithStats(on_plane, labels, stats, centres, 8, CV_32S);
-  int largest = 0;
-  for (int label = 1; label < count; ++label) {
-    largest = std::max(largest, stats.at<int>(label, cv::CC_STAT_AREA));
-  }
-  on_plane = parts_holding(on_plane, on_plane, largest / 10);
-  std::vector<cv::Point2f> points;
-  for (const cv::Point& pixel : where(on_plane)) {
-    if ((pixel.x + pixel.y) % 3 != 0) continue;
-    const double d = plane_disparity(plane, pixel.x, pixel.y);
-    if (d + camera.doffs_px <= 0) continue;
-    points.push_back(axes.of(camera.triangulate({double(pixel.x), double(pixel.y)}, d)));
-  }
-  std::vector<cv::Point2f> hull;
-  if (points.size() >= 3) cv::convexHull(points, hull);
-  return hull;
-}
 
 /// Pixels above the plane by more than their error. Hysteresis: what surely stands out, in pieces large
 /// enough not to be noise, and what is connected to it and probably does.
@@ -110,10 +59,9 @@ double explained_by_itself(const cv::Mat& left, const cv::Mat& right, const Reli
 }  // namespace
 
 std::vector<Hypothesis> hypotheses_on_table(const RectifiedPair& pair, const Relief& relief,
-                                            const TablePlane& plane, const StereoCamera& camera,
-                                            const SegmentationOptions& options) {
-  const TableAxes axes(plane);
-  const std::vector<cv::Point2f> hull = table_hull(relief, plane, camera, axes);
+                                            const TablePlane& plane, const TableFrame& frame,
+                                            const StereoCamera& camera, const SegmentationOptions& options) {
+  const std::vector<cv::Point2f>& hull = frame.hull;
   if (hull.size() < 3) return {};
 
   // Pixels that stand out, on the table's axes.
@@ -146,7 +94,7 @@ std::vector<Hypothesis> hypotheses_on_table(const RectifiedPair& pair, const Rel
       if (d + camera.doffs_px <= 0) continue;
       const double height = height_m(plane, camera, u, v, d);
       if (height < least_height_m) continue;
-      const cv::Point2f at = axes.of(camera.triangulate({double(u), double(v)}, d));
+      const cv::Point2f at = frame.of(camera.triangulate({double(u), double(v)}, d));
       if (at.x < low.x || at.y < low.y || at.x > high.x || at.y > high.y) continue;
       const cv::Point in_grid(static_cast<int>((at.x - low.x) / cell),
                               static_cast<int>((at.y - low.y) / cell));
@@ -190,8 +138,7 @@ std::vector<Hypothesis> hypotheses_on_table(const RectifiedPair& pair, const Rel
     if (cv::pointPolygonTest(hull, foot, false) < 0) continue;
     if (explained_by_itself(left, right, relief, plane, pixels, noise) < 1.2) continue;
     hypothesis.disparity_px = quantile(disparities, 0.5);
-    // Size as seen, and nearness: what is large and in reach is looked at first.
-    hypothesis.saliency = static_cast<double>(group.size());
+    hypothesis.saliency = saliency_of(static_cast<double>(group.size()), hypothesis.disparity_px, camera);
     found.push_back(std::move(hypothesis));
   }
   sort_by_saliency(found);
