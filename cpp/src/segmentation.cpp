@@ -10,6 +10,7 @@
 #include "detail/check.hpp"
 #include "detail/depth_hypotheses.hpp"
 #include "detail/figure.hpp"
+#include "detail/gaze.hpp"
 #include "detail/masks.hpp"
 #include "detail/object_measures.hpp"
 #include "detail/pair_checks.hpp"
@@ -40,6 +41,11 @@ bool stands_on_table(const cv::Mat& mask, const cv::Mat& residual_px) {
     }
   }
   return on_table >= below;
+}
+
+std::string describe(const cv::Rect& box) {
+  return "x " + std::to_string(box.x) + ", y " + std::to_string(box.y) + ", " + std::to_string(box.width) +
+         "x" + std::to_string(box.height);
 }
 
 ObjectHypothesis describe_object(const cv::Mat& mask, int id) {
@@ -79,20 +85,21 @@ cv::Mat ground_of(const detail::Relief& relief, double least_px) {
   return ground;
 }
 
-/// Of the hypotheses the one that is looked at, or a new one where they leave the pixel out.
-std::vector<Hypothesis> at_fixation(std::vector<Hypothesis> hypotheses, const cv::Point& at,
-                                    const cv::Mat& table, const Disparity& disparity,
-                                    const StereoCamera& camera, const SegmentationOptions& options) {
-  constexpr int near_px = 5;
-  for (Hypothesis& hypothesis : hypotheses) {
-    if (grown(hypothesis.seeds, near_px).at<uchar>(at)) return {std::move(hypothesis)};
+/// The part of the options that depends on the image.
+void require_inside(const SegmentationOptions& options, const cv::Size& size) {
+  using detail::require_option;
+  const std::string image = "the image of " + std::to_string(size.width) + "x" + std::to_string(size.height);
+  if (options.fixation_px) {
+    const Eigen::Vector2d& at = *options.fixation_px;
+    require_option(at.x() >= 0 && at.y() >= 0 && at.x() <= size.width - 1 && at.y() <= size.height - 1,
+                   "fixation_px must lie inside " + image + " px, got " + std::to_string(at.x()) + ", " +
+                       std::to_string(at.y()));
   }
-  std::vector<Hypothesis> found;
-  if (!table.empty() && table.at<uchar>(at)) return found;
-  if (auto hypothesis = detail::hypothesis_at(at, disparity, camera, options)) {
-    found.push_back(std::move(*hypothesis));
+  if (options.roi_px) {
+    const cv::Rect& box = *options.roi_px;
+    require_option(box.x <= size.width - box.width && box.y <= size.height - box.height,
+                   "roi_px must lie inside " + image + " px, got " + describe(box));
   }
-  return found;
 }
 
 }  // namespace
@@ -114,6 +121,15 @@ void SegmentationOptions::check() const {
   require_option(cell_m >= 0.001 && cell_m <= 0.1,
                  "cell_m must be between 0.001 and 0.1, got " + std::to_string(cell_m));
   require_option(!fixation_px || fixation_px->allFinite(), "fixation_px must be finite");
+  require_option(!roi_px || (roi_px->x >= 0 && roi_px->y >= 0 && roi_px->width >= 1 && roi_px->height >= 1),
+                 "roi_px must hold at least one pixel and start inside the image, got " +
+                     (roi_px ? describe(*roi_px) : ""));
+  if (roi_px && fixation_px) {
+    const cv::Rect2d box(*roi_px);
+    require_option(fixation_px->x() >= box.x && fixation_px->y() >= box.y &&
+                       fixation_px->x() <= box.br().x - 1 && fixation_px->y() <= box.br().y - 1,
+                   "fixation_px must lie inside roi_px, " + describe(*roi_px));
+  }
   constexpr double unit_within = 1e-3;
   require_option(!table || (table->normal.allFinite() && std::abs(table->normal.norm() - 1) <= unit_within),
                  "table: the normal must have length 1");
@@ -129,12 +145,7 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
   camera.check();
   detail::require_scene(pair, disparity);
   const cv::Size size = pair.left.size();
-  if (options.fixation_px) {
-    const Eigen::Vector2d& at = *options.fixation_px;
-    detail::require_option(
-        at.x() >= 0 && at.y() >= 0 && at.x() <= size.width - 1 && at.y() <= size.height - 1,
-        "fixation_px must lie inside the image");
-  }
+  require_inside(options, size);
 
   Segmentation result;
   result.instance_ids = cv::Mat::zeros(size, CV_8UC1);
@@ -161,15 +172,16 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
   } else {
     hypotheses = detail::hypotheses_by_disparity(disparity, camera, options);
   }
-  if (options.fixation_px) {
-    const cv::Point at(static_cast<int>(std::lround(options.fixation_px->x())),
-                       static_cast<int>(std::lround(options.fixation_px->y())));
-    hypotheses = at_fixation(std::move(hypotheses), at, table, disparity, camera, options);
-  }
+  hypotheses = detail::looked_at(std::move(hypotheses), table, disparity, camera, options);
   if (static_cast<int>(hypotheses.size()) > options.max_objects) {
     hypotheses.resize(static_cast<std::size_t>(options.max_objects));
   }
 
+  cv::Mat out_of_box = cv::Mat::zeros(size, CV_8UC1);
+  if (options.roi_px) {
+    out_of_box.setTo(255);
+    out_of_box(*options.roi_px).setTo(0);
+  }
   cv::Mat all_seeds = cv::Mat::zeros(size, CV_8UC1);
   for (const Hypothesis& hypothesis : hypotheses) all_seeds |= hypothesis.seeds;
   for (const Hypothesis& hypothesis : hypotheses) {
@@ -177,12 +189,14 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
     if (options.cues == CueLevel::colour) {
       const cv::Mat ground =
           result.table ? table : ground_off_zero_disparity(hypothesis, disparity.dense, camera);
-      mask = detail::figure_by_colour(hypothesis, pair.left, ground, all_seeds & ~hypothesis.seeds);
+      mask = detail::figure_by_colour(hypothesis, pair.left, ground,
+                                      (all_seeds & ~hypothesis.seeds) | out_of_box);
     } else if (options.cues == CueLevel::plane && result.table) {
       mask = detail::figure_off_plane(hypothesis);
     } else {
       mask = detail::figure_at_zero_disparity(hypothesis, disparity.dense, camera);
     }
+    if (!mask.empty()) mask.setTo(0, out_of_box);
     if (mask.empty() || (result.table && !stands_on_table(mask, relief.residual_px))) continue;
     mask.setTo(0, result.instance_ids);  // what was looked at first keeps its pixels
     constexpr int least_px = 30;

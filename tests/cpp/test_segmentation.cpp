@@ -162,6 +162,38 @@ TEST(Segmentation, AFixationPicksTheObjectLookedAt) {
   EXPECT_NO_THROW(segment(scene.pair, options));
 }
 
+TEST(Segmentation, ABoxHoldsTheObjectAndCutsItOff) {
+  const CastScene& scene = two_boxes();
+  for (int id = 1; id <= 2; ++id) {
+    const cv::Rect around = cv::boundingRect(scene.instance_ids == id);
+    for (const CueLevel cues : {CueLevel::plane, CueLevel::colour}) {
+      SegmentationOptions options;
+      options.cues = cues;
+      options.roi_px = around;
+      const Segmentation found = segment(scene.pair, options);
+      ASSERT_EQ(found.objects.size(), 1u);
+      EXPECT_GT(overlap(scene, id, found), cues == CueLevel::colour ? 0.9 : 0.6);
+      EXPECT_EQ(found.objects.front().bounding_box_px & around, found.objects.front().bounding_box_px);
+    }
+    SegmentationOptions options;
+    options.roi_px = cv::Rect(around.x, around.y, around.width / 2, around.height);
+    const Segmentation half = segment(scene.pair, options);
+    ASSERT_EQ(half.objects.size(), 1u);
+    EXPECT_EQ(half.objects.front().bounding_box_px & *options.roi_px, half.objects.front().bounding_box_px);
+    EXPECT_GT(overlap(scene, id, half), 0.3);
+  }
+  SegmentationOptions options;
+  options.roi_px = cv::Rect(260, 400, 120, 70);  // bare table
+  for (const CueLevel cues : {CueLevel::plane, CueLevel::colour}) {
+    options.cues = cues;
+    EXPECT_TRUE(segment(scene.pair, options).objects.empty());
+  }
+  options.roi_px = cv::Rect(0, 0, 640, 480);  // all of it: one object, not the scene's
+  EXPECT_EQ(segment(scene.pair, options).objects.size(), 1u);
+  options.roi_px = cv::Rect(639, 479, 1, 1);
+  EXPECT_TRUE(segment(scene.pair, options).objects.empty());
+}
+
 TEST(Segmentation, WithoutASupportPlaneItSaysSo) {
   // A box before a wall: the camera looks straight at it.
   const CastScene scene = make_scene({Box{{0, 0, 0.1}, {0.05, 0.04, 0.1}, 0.2, {60, 90, 200}}},
@@ -290,6 +322,15 @@ TEST(Segmentation, BadInputIsNamed) {
   refused("cues", [](auto& o) { o.cues = static_cast<CueLevel>(7); });
   refused("fixation_px", [](auto& o) { o.fixation_px = Eigen::Vector2d(640, 10); });
   refused("fixation_px", [](auto& o) { o.fixation_px = Eigen::Vector2d(std::nan(""), 10); });
+  constexpr int most = std::numeric_limits<int>::max();
+  for (const cv::Rect& box : {cv::Rect(0, 0, 0, 10), cv::Rect(-1, 0, 10, 10), cv::Rect(600, 0, 41, 10),
+                              cv::Rect(0, 470, 10, 11), cv::Rect(most, most, most, most)}) {
+    refused("roi_px", [&](auto& o) { o.roi_px = box; });
+  }
+  refused("fixation_px must lie inside roi_px", [](auto& o) {
+    o.roi_px = cv::Rect(10, 10, 20, 20);
+    o.fixation_px = Eigen::Vector2d(30, 15);
+  });
 }
 
 }  // namespace

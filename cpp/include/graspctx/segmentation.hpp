@@ -54,6 +54,8 @@ struct GRASPCTX_EXPORT SegmentationOptions {
       0.5;                // of the textured pixels; below, the pair is no stereo pair and holds no object
   double cell_m = 0.005;  // cell of the bird's-eye grid
   std::optional<Eigen::Vector2d> fixation_px;  // look at the object at this pixel of the left view only
+  /// Look only at the object in this box of the left view, and cut it off at the box.
+  std::optional<cv::Rect> roi_px;
   /// The table of a rig that does not move: its unit normal and offset_m are used as they are, the rest is
   /// not read.
   std::optional<TablePlane> table;

@@ -68,6 +68,13 @@ std::vector<Hypothesis> hypotheses_by_disparity(const Disparity& disparity, cons
   double largest = 0;
   cv::minMaxLoc(dense, nullptr, &largest, nullptr, nullptr, dense == dense);
 
+  cv::Mat in_box(half, CV_8UC1, cv::Scalar(options.roi_px ? 0 : 255));
+  if (options.roi_px) {
+    const cv::Rect& box = *options.roi_px;
+    in_box(cv::Rect(box.x / 2, box.y / 2, (box.width + 1) / 2, (box.height + 1) / 2) & cv::Rect({0, 0}, half))
+        .setTo(255);
+  }
+
   std::vector<Hypothesis> found;
   constexpr double depth_ratio = 1.06;  // from one fixation to the next
   constexpr double farthest_m = 5;
@@ -79,6 +86,7 @@ std::vector<Hypothesis> hypotheses_by_disparity(const Disparity& disparity, cons
     const cv::Mat at_zero = near_zero_disparity(dense, fixated_px, zero_disparity_band_px(shifted_px));
     cv::Mat standing = runs_between_steps(at_zero, dense, step_in_depth_px(shifted_px));
     cv::morphologyEx(standing, standing, cv::MORPH_CLOSE, cv::Mat::ones(3, 3, CV_8U));
+    standing &= in_box;
     cv::Mat labels, stats, centres;
     const int count = cv::connectedComponentsWithStats(standing, labels, stats, centres, 8, CV_32S);
     for (int label = 1; label < count; ++label) {
