@@ -14,6 +14,7 @@
 #include "detail/masks.hpp"
 #include "detail/object_measures.hpp"
 #include "detail/pair_checks.hpp"
+#include "detail/plain_table_objects.hpp"
 #include "detail/plane_geometry.hpp"
 #include "detail/relief.hpp"
 #include "detail/scene_checks.hpp"
@@ -83,6 +84,17 @@ cv::Mat ground_of(const detail::Relief& relief, double least_px) {
     }
   }
   return ground;
+}
+
+/// On a plain table colour sees the objects whole; depth knows of what lies elsewhere.
+std::vector<Hypothesis> with_plain_table(std::vector<Hypothesis> by_colour, std::vector<Hypothesis> by_depth,
+                                         const detail::PlainTable& table) {
+  for (Hypothesis& hypothesis : by_depth) {
+    if (2 * cv::countNonZero(hypothesis.seeds & table.extent) > cv::countNonZero(hypothesis.seeds)) continue;
+    by_colour.push_back(std::move(hypothesis));
+  }
+  detail::sort_by_saliency(by_colour);
+  return by_colour;
 }
 
 /// The part of the options that depends on the image.
@@ -172,6 +184,12 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
   } else {
     hypotheses = detail::hypotheses_by_disparity(disparity, camera, options);
   }
+  if (options.cues == CueLevel::colour) {
+    if (const auto plain = detail::find_plain_table(pair.left)) {
+      hypotheses = with_plain_table(detail::hypotheses_on_plain_table(pair, disparity, *plain, camera),
+                                    std::move(hypotheses), *plain);
+    }
+  }
   hypotheses = detail::looked_at(std::move(hypotheses), table, disparity, camera, options);
   if (static_cast<int>(hypotheses.size()) > options.max_objects) {
     hypotheses.resize(static_cast<std::size_t>(options.max_objects));
@@ -185,19 +203,21 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
   cv::Mat all_seeds = cv::Mat::zeros(size, CV_8UC1);
   for (const Hypothesis& hypothesis : hypotheses) all_seeds |= hypothesis.seeds;
   for (const Hypothesis& hypothesis : hypotheses) {
-    cv::Mat mask;
-    if (options.cues == CueLevel::colour) {
-      const cv::Mat ground =
-          result.table ? table : ground_off_zero_disparity(hypothesis, disparity.dense, camera);
-      mask = detail::figure_by_colour(hypothesis, pair.left, ground,
-                                      (all_seeds & ~hypothesis.seeds) | out_of_box);
-    } else if (options.cues == CueLevel::plane && result.table) {
-      mask = detail::figure_off_plane(hypothesis);
-    } else {
-      mask = detail::figure_at_zero_disparity(hypothesis, disparity.dense, camera);
+    cv::Mat mask = hypothesis.figure.clone();
+    if (mask.empty()) {
+      if (options.cues == CueLevel::colour) {
+        const cv::Mat ground =
+            result.table ? table : ground_off_zero_disparity(hypothesis, disparity.dense, camera);
+        mask = detail::figure_by_colour(hypothesis, pair.left, ground,
+                                        (all_seeds & ~hypothesis.seeds) | out_of_box);
+      } else if (options.cues == CueLevel::plane && result.table) {
+        mask = detail::figure_off_plane(hypothesis);
+      } else {
+        mask = detail::figure_at_zero_disparity(hypothesis, disparity.dense, camera);
+      }
+      if (mask.empty() || (result.table && !stands_on_table(mask, relief.residual_px))) continue;
     }
-    if (!mask.empty()) mask.setTo(0, out_of_box);
-    if (mask.empty() || (result.table && !stands_on_table(mask, relief.residual_px))) continue;
+    mask.setTo(0, out_of_box);
     mask.setTo(0, result.instance_ids);  // what was looked at first keeps its pixels
     constexpr int least_px = 30;
     if (cv::countNonZero(mask) < least_px) continue;

@@ -210,7 +210,7 @@ std::optional<PlainTable> find_plain_table(const cv::Mat& image) {
   if (image.channels() == 1) cv::cvtColor(image, bgr, cv::COLOR_GRAY2BGR);
   const SmoothView view(bgr);
   cv::Mat best;
-  constexpr double least_score = 0.1;
+  constexpr double least_score = 0.16;
   double best_score = least_score;
   for (const cv::Mat& part : plain_parts(flat_pixels(view))) {
     const double score = support_score(part);

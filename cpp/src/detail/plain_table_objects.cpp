@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "detail/masks.hpp"
+#include "detail/quantile.hpp"
 
 namespace graspctx::detail {
 
@@ -157,29 +158,49 @@ cv::Mat without_mixed_edge(const cv::Mat& figure, const cv::Mat& sigmas) {
   return result;
 }
 
+/// The median of what is known in a mask; nothing if nothing is.
+std::optional<double> median_disparity(const cv::Mat& mask, const cv::Mat& reliable) {
+  std::vector<float> known;
+  for (const cv::Point& pixel : where(mask)) {
+    const float d = reliable.at<float>(pixel);
+    if (!std::isnan(d)) known.push_back(d);
+  }
+  if (known.empty()) return std::nullopt;
+  return median(std::move(known));
+}
+
 }  // namespace
 
-PlainTableFigures figures_on_plain_table(const cv::Mat& image, const PlainTable& table) {
-  cv::Mat bgr = image;
-  if (image.channels() == 1) cv::cvtColor(image, bgr, cv::COLOR_GRAY2BGR);
+std::vector<Hypothesis> hypotheses_on_plain_table(const RectifiedPair& pair, const Disparity& disparity,
+                                                  const PlainTable& table, const StereoCamera& camera) {
+  cv::Mat bgr = pair.left;
+  if (bgr.channels() == 1) cv::cvtColor(pair.left, bgr, cv::COLOR_GRAY2BGR);
+  const auto anywhere_px = median_disparity(table.extent, disparity.reliable);
+  if (!anywhere_px) return {};  // nothing that stereo sees: a picture of a wall, or of nothing
   const Comparison compared = compare_with_table(bgr, table);
   constexpr double surely_off = 8, probably_off = 4.5;
   constexpr int least_sure_px = 15;
   cv::Mat off_table = compared.sigmas > probably_off;
   off_table = parts_holding(off_table, compared.sigmas > surely_off, least_sure_px);
   const cv::Mat shadow = shadows(compared, off_table, table.extent);
-
-  PlainTableFigures found;
-  found.ground = (~off_table | shadow) & table.extent;
   cv::Mat objects = without_mixed_edge(off_table & ~shadow, compared.sigmas) & table.extent;
   cv::morphologyEx(objects, objects, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_CROSS, {3, 3}));
+
   cv::Mat labels, stats, centres;
   const int count = cv::connectedComponentsWithStats(objects, labels, stats, centres, 8, CV_32S);
+  std::vector<Hypothesis> found;
   for (int label = 1; label < count; ++label) {
-    if (stats.at<int>(label, cv::CC_STAT_AREA) >= least_figure_px) {
-      found.figures.emplace_back(labels == label);
-    }
+    if (stats.at<int>(label, cv::CC_STAT_AREA) < least_figure_px) continue;
+    Hypothesis hypothesis;
+    hypothesis.figure = labels == label;
+    hypothesis.seeds = hypothesis.figure;
+    const auto own_px = median_disparity(grown(hypothesis.figure, 1), disparity.reliable);
+    hypothesis.disparity_px = own_px.value_or(*anywhere_px);
+    hypothesis.saliency =
+        saliency_of(stats.at<int>(label, cv::CC_STAT_AREA), hypothesis.disparity_px, camera);
+    found.push_back(std::move(hypothesis));
   }
+  sort_by_saliency(found);
   return found;
 }
 
