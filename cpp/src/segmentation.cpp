@@ -186,7 +186,8 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
   }
   if (options.cues == CueLevel::colour) {
     if (const auto plain = detail::find_plain_table(pair.left)) {
-      hypotheses = with_plain_table(detail::hypotheses_on_plain_table(pair, disparity, *plain, camera),
+      hypotheses = with_plain_table(detail::hypotheses_on_plain_table(
+                                        pair, disparity, *plain, result.table ? &relief : nullptr, camera),
                                     std::move(hypotheses), *plain);
     }
   }

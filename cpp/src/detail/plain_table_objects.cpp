@@ -5,141 +5,16 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "detail/figure_ground.hpp"
 #include "detail/masks.hpp"
+#include "detail/plain_table_shadow.hpp"
 #include "detail/quantile.hpp"
 
 namespace graspctx::detail {
 
 namespace {
 
-constexpr int channels = 3;
 constexpr int least_figure_px = 40;
-
-/// The image against the bare table.
-struct Comparison {
-  cv::Mat smooth;          // CV_32FC3, the image with less noise
-  cv::Mat sigmas;          // CV_32FC1, how far from the table's colour, in standard deviations
-  cv::Mat light;           // CV_32FC1, share of the table's light that explains the colour best
-  cv::Mat off_hue;         // CV_32FC1, what it does not explain, as a share of the table's brightness
-  double light_noise = 0;  // standard deviation of `light`
-};
-
-Comparison compare_with_table(const cv::Mat& image, const PlainTable& table) {
-  constexpr double blur_px = 0.8, least_sigma = 0.5;
-  const double averaged = 2 * std::sqrt(CV_PI) * blur_px;
-  Comparison compared;
-  image.convertTo(compared.smooth, CV_32F);
-  cv::GaussianBlur(compared.smooth, compared.smooth, {0, 0}, blur_px);
-  cv::Vec3f inverse_sigma;
-  double noise = 0;
-  for (int c = 0; c < channels; ++c) {
-    const double sigma = std::max(least_sigma, table.sigma[c] / averaged);
-    inverse_sigma[c] = static_cast<float>(1 / sigma);
-    noise = std::max(noise, sigma);
-  }
-  compared.sigmas.create(image.size(), CV_32FC1);
-  compared.light.create(image.size(), CV_32FC1);
-  compared.off_hue.create(image.size(), CV_32FC1);
-  double brightness = 0;
-  for (int v = 0; v < image.rows; ++v) {
-    const auto* seen = compared.smooth.ptr<cv::Vec3f>(v);
-    const auto* bare = table.colour.ptr<cv::Vec3f>(v);
-    for (int u = 0; u < image.cols; ++u) {
-      const cv::Vec3f apart = seen[u] - bare[u];
-      compared.sigmas.at<float>(v, u) =
-          std::max({std::abs(apart[0]) * inverse_sigma[0], std::abs(apart[1]) * inverse_sigma[1],
-                    std::abs(apart[2]) * inverse_sigma[2]});
-      const float energy = std::max(bare[u].dot(bare[u]), 1.0F);
-      const float light = seen[u].dot(bare[u]) / energy;
-      compared.light.at<float>(v, u) = light;
-      const cv::Vec3f rest = seen[u] - light * bare[u];
-      compared.off_hue.at<float>(v, u) = std::sqrt(rest.dot(rest) / energy);
-      brightness += std::sqrt(energy);
-    }
-  }
-  compared.light_noise = noise / (brightness / double(image.total()));
-  return compared;
-}
-
-/// Pixels without texture or edges of their own.
-cv::Mat flat_light(const Comparison& compared) {
-  const double most = std::max(0.03, 5 * compared.light_noise);
-  cv::Mat du, dv, slope;
-  cv::filter2D(compared.light, du, CV_32F, cv::Matx<float, 1, 5>(-1, 0, 0, 0, 1), {-1, -1}, 0,
-               cv::BORDER_REPLICATE);
-  cv::filter2D(compared.light, dv, CV_32F, cv::Matx<float, 5, 1>(-1, 0, 0, 0, 1), {-1, -1}, 0,
-               cv::BORDER_REPLICATE);
-  cv::magnitude(du, dv, slope);
-  return slope < most;
-}
-
-/// A flat piece of what could be shadow.
-struct Piece {
-  int label = 0, area_px = 0;
-  double light = 0;
-};
-
-/// The light in most of the pieces' pixels: shadows of one lamp leave the same share everywhere.
-double commonest_light(const std::vector<Piece>& pieces) {
-  constexpr int bins = 200;
-  std::array<double, bins + 1> weights{};
-  for (const Piece& piece : pieces) {
-    const int middle = static_cast<int>(piece.light * bins);
-    for (int bin = middle - 3; bin <= middle + 3; ++bin) {
-      if (bin >= 0 && bin <= bins) weights[std::size_t(bin)] += piece.area_px * (4 - std::abs(bin - middle));
-    }
-  }
-  return (double(std::max_element(weights.begin(), weights.end()) - weights.begin()) + 0.5) / bins;
-}
-
-/// A piece of shadow and its edge, where the light comes back.
-cv::Mat with_lighter_edge(const cv::Mat& piece, const cv::Mat& lighter, int edge_px) {
-  cv::Mat whole = piece.clone();
-  for (int step = 0; step < edge_px; ++step) whole |= grown(whole, 1) & lighter;
-  return whole;
-}
-
-/// Bare table in shadow.
-cv::Mat shadows(const Comparison& compared, const cv::Mat& off_table, const cv::Mat& extent) {
-  constexpr double darkest = 0.15, lightest = 0.97, least_beside_table = 0.15;
-  const double most_off_hue = 0.04 + 4 * compared.light_noise;
-  const double same_light = 0.03 + 2 * compared.light_noise;
-  const cv::Mat table_like =
-      (compared.off_hue < most_off_hue) & (compared.light > darkest) & (compared.light < 1.02) & off_table;
-  const cv::Mat could_be = table_like & extent & (compared.light < lightest);
-  cv::Mat labels, stats, centres;
-  const int count =
-      cv::connectedComponentsWithStats(could_be & flat_light(compared), labels, stats, centres, 4, CV_32S);
-  std::vector<Piece> pieces;
-  constexpr int least_px = 20, edge_px = 6;
-  for (int label = 1; label < count; ++label) {
-    const int area_px = stats.at<int>(label, cv::CC_STAT_AREA);
-    if (area_px < least_px) continue;
-    const int x = stats.at<int>(label, cv::CC_STAT_LEFT) - edge_px - 2;
-    const int y = stats.at<int>(label, cv::CC_STAT_TOP) - edge_px - 2;
-    const cv::Rect box = cv::Rect(x, y, stats.at<int>(label, cv::CC_STAT_WIDTH) + 2 * edge_px + 4,
-                                  stats.at<int>(label, cv::CC_STAT_HEIGHT) + 2 * edge_px + 4) &
-                         cv::Rect({0, 0}, labels.size());
-    const cv::Mat piece = labels(box) == label;
-    cv::Scalar mean, spread;
-    cv::meanStdDev(compared.light(box), mean, spread, piece);
-    if (spread[0] > same_light) continue;
-    const cv::Mat whole =
-        with_lighter_edge(piece, table_like(box) & (compared.light(box) > mean[0] - same_light), edge_px);
-    const cv::Mat ring = grown(whole, 1) & ~whole;
-    const double beside_table =
-        double(cv::countNonZero(ring & ~off_table(box))) / std::max(1, cv::countNonZero(ring));
-    if (beside_table < least_beside_table) continue;
-    pieces.push_back({label, area_px, mean[0]});
-  }
-  cv::Mat shadow = cv::Mat::zeros(off_table.size(), CV_8UC1);
-  if (pieces.empty()) return shadow;
-  const double light = commonest_light(pieces);
-  for (const Piece& piece : pieces) {
-    if (std::abs(piece.light - light) < same_light) shadow |= labels == piece.label;
-  }
-  return with_lighter_edge(shadow, table_like & (compared.light > light - same_light), edge_px);
-}
 
 /// The pixels along an outline are a mixture; the outer ones, nearer to the table's colour than to that of
 /// the figure just inside, are taken off.
@@ -169,20 +44,78 @@ std::optional<double> median_disparity(const cv::Mat& mask, const cv::Mat& relia
   return median(std::move(known));
 }
 
+/// Is the plane the table's own? Its outline lies on the plane, objects' outlines above, and nothing below.
+bool lies_on_plane(const PlainTable& table, const Relief& relief) {
+  constexpr float within_px = 0.7F, below_px = -1.5F;
+  constexpr int outline_px = 4, least_known_px = 50;
+  int known = 0, on = 0, below = 0;
+  for (const cv::Point& pixel : where(plain_table_outline(table, outline_px) & table.extent)) {
+    const float residual = relief.residual_px.at<float>(pixel);
+    if (std::isnan(residual)) continue;
+    ++known;
+    on += std::abs(residual) < within_px ? 1 : 0;
+    below += residual < below_px ? 1 : 0;
+  }
+  return known >= least_known_px && on > 0.25 * known && below < 0.25 * known;
+}
+
+/// What a figure that stands across the table's far edge goes on as beyond it: what has its depth and its
+/// colour, cut from the background.
+cv::Mat with_part_beyond(const cv::Mat& figure, const cv::Mat& image, const PlainTable& table,
+                         const Disparity& disparity) {
+  constexpr int edge_px = 3, least_contact_px = 4;
+  const cv::Mat beyond = ~table.extent;
+  const cv::Mat contact = figure & grown(beyond, edge_px);
+  if (cv::countNonZero(contact) < least_contact_px) return figure;
+  const auto own_px = median_disparity(figure & grown(contact, 40), disparity.dense);
+  if (!own_px) return figure;
+
+  const cv::Rect box = cv::boundingRect(figure);
+  const int margin = std::max(box.width, box.height);
+  const cv::Rect region =
+      cv::Rect(box.x - margin / 2, box.y - margin, box.width + margin, box.height + margin + margin / 2) &
+      cv::Rect({0, 0}, image.size());
+  const double band_px = std::max(1.5, 0.05 * *own_px);
+  cv::Mat same(image.size(), CV_8UC1), other(image.size(), CV_8UC1);
+  for (int v = region.y; v < region.br().y; ++v) {
+    for (int u = region.x; u < region.br().x; ++u) {
+      const double apart = disparity.dense.at<float>(v, u) - *own_px;
+      same.at<uchar>(v, u) = std::abs(apart) < band_px ? 255 : 0;
+      other.at<uchar>(v, u) = std::abs(apart) > 1.5 * band_px ? 255 : 0;
+    }
+  }
+  FigureEvidence evidence;
+  evidence.image = image(region);
+  const cv::Mat mine = figure(region), outside = beyond(region), near = grown(mine, margin / 2);
+  evidence.figure_seeds = mine;
+  evidence.ground_seeds = outside & other(region);
+  if (cv::countNonZero(evidence.ground_seeds) < 50) return figure;  // nothing to tell it from
+  evidence.log_odds = cv::Mat(region.size(), CV_32FC1, cv::Scalar(-0.3));
+  evidence.log_odds.setTo(2, same(region));
+  evidence.log_odds.setTo(-2, other(region));
+  evidence.log_odds.setTo(-20, ~outside | ~near);
+  evidence.log_odds.setTo(20, mine);
+  cv::Mat whole = cv::Mat::zeros(image.size(), CV_8UC1);
+  cut_figure(evidence).copyTo(whole(region));
+  return parts_with_seeds(whole, figure);
+}
+
 }  // namespace
 
 std::vector<Hypothesis> hypotheses_on_plain_table(const RectifiedPair& pair, const Disparity& disparity,
-                                                  const PlainTable& table, const StereoCamera& camera) {
+                                                  const PlainTable& table, const Relief* relief,
+                                                  const StereoCamera& camera) {
   cv::Mat bgr = pair.left;
   if (bgr.channels() == 1) cv::cvtColor(pair.left, bgr, cv::COLOR_GRAY2BGR);
   const auto anywhere_px = median_disparity(table.extent, disparity.reliable);
   if (!anywhere_px) return {};  // nothing that stereo sees: a picture of a wall, or of nothing
-  const Comparison compared = compare_with_table(bgr, table);
+  const TableComparison compared = compare_with_table(bgr, table);
+  const Relief* known_relief = relief != nullptr && lies_on_plane(table, *relief) ? relief : nullptr;
   constexpr double surely_off = 8, probably_off = 4.5;
   constexpr int least_sure_px = 15;
   cv::Mat off_table = compared.sigmas > probably_off;
   off_table = parts_holding(off_table, compared.sigmas > surely_off, least_sure_px);
-  const cv::Mat shadow = shadows(compared, off_table, table.extent);
+  const cv::Mat shadow = shadows_on_plain_table(compared, off_table, table, known_relief);
   cv::Mat objects = without_mixed_edge(off_table & ~shadow, compared.sigmas) & table.extent;
   cv::morphologyEx(objects, objects, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_CROSS, {3, 3}));
 
@@ -192,10 +125,10 @@ std::vector<Hypothesis> hypotheses_on_plain_table(const RectifiedPair& pair, con
   for (int label = 1; label < count; ++label) {
     if (stats.at<int>(label, cv::CC_STAT_AREA) < least_figure_px) continue;
     Hypothesis hypothesis;
-    hypothesis.figure = labels == label;
-    hypothesis.seeds = hypothesis.figure;
-    const auto own_px = median_disparity(grown(hypothesis.figure, 1), disparity.reliable);
+    hypothesis.seeds = labels == label;
+    const auto own_px = median_disparity(grown(hypothesis.seeds, 1), disparity.reliable);
     hypothesis.disparity_px = own_px.value_or(*anywhere_px);
+    hypothesis.figure = with_part_beyond(hypothesis.seeds, bgr, table, disparity);
     hypothesis.saliency =
         saliency_of(stats.at<int>(label, cv::CC_STAT_AREA), hypothesis.disparity_px, camera);
     found.push_back(std::move(hypothesis));
