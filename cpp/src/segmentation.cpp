@@ -11,6 +11,7 @@
 #include "detail/depth_hypotheses.hpp"
 #include "detail/figure.hpp"
 #include "detail/gaze.hpp"
+#include "detail/heights.hpp"
 #include "detail/masks.hpp"
 #include "detail/object_measures.hpp"
 #include "detail/pair_checks.hpp"
@@ -18,6 +19,7 @@
 #include "detail/plane_geometry.hpp"
 #include "detail/relief.hpp"
 #include "detail/scene_checks.hpp"
+#include "detail/segment_disparity.hpp"
 #include "detail/table_hypotheses.hpp"
 
 namespace graspctx {
@@ -58,6 +60,15 @@ ObjectHypothesis describe_object(const cv::Mat& mask, int id) {
   const cv::Rect& box = object.bounding_box_px;
   object.touches_border = box.x == 0 || box.y == 0 || box.br().x == mask.cols || box.br().y == mask.rows;
   return object;
+}
+
+std::optional<double> median_depth_m(const cv::Mat& mask, const Disparity& disparity,
+                                     const StereoCamera& camera) {
+  for (const cv::Mat* map : {&disparity.reliable, &disparity.dense}) {
+    const double depth_m = camera.depth_m(detail::median_disparity(mask, *map));
+    if (std::isfinite(depth_m)) return depth_m;
+  }
+  return std::nullopt;
 }
 
 /// Known pixels far from the depth of the hypothesis: the ground where there is no table.
@@ -115,6 +126,18 @@ void require_inside(const SegmentationOptions& options, const cv::Size& size) {
 }
 
 }  // namespace
+
+const char* name_of(CueLevel level) {
+  switch (level) {
+    case CueLevel::disparity:
+      return "disparity";
+    case CueLevel::plane:
+      return "plane";
+    case CueLevel::colour:
+      break;
+  }
+  return "colour";
+}
 
 void SegmentationOptions::check() const {
   using detail::require_option;
@@ -178,6 +201,7 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
   }
   if (result.table) {
     relief = detail::relief_over_plane(pair, disparity, *result.table);
+    result.heights_m = detail::heights_over_plane(relief.residual_px, *result.table, camera);
     frame = detail::table_frame(relief, *result.table, camera);
     hypotheses = detail::hypotheses_on_table(pair, relief, *result.table, frame, camera, options);
     table = ground_of(relief, 0.4);
@@ -226,6 +250,7 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
     result.instance_ids.setTo(id, mask);
     result.objects.push_back(describe_object(mask, id));
     result.objects.back().saliency = hypothesis.saliency;
+    result.objects.back().depth_m = median_depth_m(mask, disparity, camera);
     if (result.table) {
       detail::measure_on_table(result.objects.back(), mask, disparity, relief, *result.table, frame, camera);
     }

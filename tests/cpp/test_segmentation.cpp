@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <random>
@@ -103,6 +104,47 @@ TEST(Segmentation, DescribesItsObjects) {
     rest.setTo(0, mask);
   }
   EXPECT_EQ(cv::countNonZero(rest), 0);  // no id without its object
+}
+
+TEST(Segmentation, SaysHowFarEachObjectIs) {
+  const CastScene& scene = two_boxes();
+  const Segmentation found = segment(scene.pair);
+  ASSERT_EQ(found.objects.size(), 2u);
+  for (const ObjectHypothesis& object : found.objects) {
+    std::vector<double> depths_m;
+    for (int v = 0; v < found.instance_ids.rows; ++v) {
+      for (int u = 0; u < found.instance_ids.cols; ++u) {
+        if (found.instance_ids.at<uchar>(v, u) != object.id) continue;
+        depths_m.push_back(testing::test_camera().depth_m(scene.disparity.at<float>(v, u)));
+      }
+    }
+    std::nth_element(depths_m.begin(), depths_m.begin() + depths_m.size() / 2, depths_m.end());
+    ASSERT_TRUE(object.depth_m);
+    EXPECT_NEAR(*object.depth_m, depths_m[depths_m.size() / 2], 0.004);
+  }
+}
+
+TEST(Segmentation, HeightsAreThoseOfTheSceneAndUnknownWithoutATable) {
+  const CastScene& scene = two_boxes();
+  const Segmentation found = segment(scene.pair);
+  ASSERT_EQ(found.heights_m.type(), CV_32FC1);
+  ASSERT_EQ(found.heights_m.size(), scene.pair.left.size());
+  int known[3] = {0, 0, 0}, right[3] = {0, 0, 0};
+  for (int v = 0; v < found.heights_m.rows; ++v) {
+    for (int u = 0; u < found.heights_m.cols; ++u) {
+      const float height_m = found.heights_m.at<float>(v, u), d = scene.disparity.at<float>(v, u);
+      if (!std::isfinite(height_m) || !std::isfinite(d)) continue;
+      const double truth_m = scene.table.height_m(testing::test_camera().triangulate({u, v}, d));
+      const int on = scene.instance_ids.at<uchar>(v, u);
+      ++known[on];
+      right[on] += std::abs(height_m - truth_m) < 0.003 ? 1 : 0;
+    }
+  }
+  for (const int on : {0, 1, 2}) {
+    EXPECT_GT(known[on], 0.5 * cv::countNonZero(scene.instance_ids == on)) << on;
+    EXPECT_GT(right[on], 0.9 * known[on]) << on;
+  }
+  EXPECT_TRUE(segment(scene.pair, CueLevel::disparity).heights_m.empty());
 }
 
 TEST(Segmentation, AnObjectCutByTheImageTouchesItsBorder) {
@@ -280,6 +322,8 @@ TEST(Segmentation, FromAMask) {
   EXPECT_NEAR(found.objects[1].centroid_px.x(), 24.5, 1e-9);
   EXPECT_NEAR(found.objects[1].centroid_px.y(), 22, 1e-9);
   EXPECT_FALSE(found.objects[1].touches_border);
+  EXPECT_FALSE(found.objects[1].depth_m);
+  EXPECT_TRUE(found.heights_m.empty());
   EXPECT_EQ(cv::countNonZero(found.instance_ids != mask), 0);
   mask.setTo(0);
   EXPECT_EQ(cv::countNonZero(found.instance_ids), 30 * 5 + 40 * 40);  // it is its own copy

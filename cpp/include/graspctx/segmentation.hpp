@@ -17,6 +17,8 @@ enum class CueLevel {
   plane,      // + the dominant plane (Fig. 2b)
   colour,     // + hue (Fig. 2c)
 };
+/// "disparity", "plane" or "colour".
+GRASPCTX_EXPORT const char* name_of(CueLevel level);
 
 /// The supporting plane. In the image: d = alpha·u + beta·v + delta (III-A). In the camera frame:
 /// normal·P + offset_m = 0 on the plane, and is the height (m) above it elsewhere; the unit normal points
@@ -43,6 +45,7 @@ struct ObjectHypothesis {
   /// table. The far side is not seen: a box is longer than that by what it hides. Nothing without a plane, or
   /// if hardly any of its depth is known.
   std::optional<Eigen::Vector3d> size_m;
+  std::optional<double> depth_m;  // median over its pixels; nothing where no disparity is known
 };
 
 struct GRASPCTX_EXPORT SegmentationOptions {
@@ -68,6 +71,8 @@ struct GRASPCTX_EXPORT SegmentationOptions {
 struct Segmentation {
   cv::Mat instance_ids;  // CV_8UC1, 0 = background, otherwise ObjectHypothesis::id
   std::optional<TablePlane> table;
+  cv::Mat
+      heights_m;  // CV_32FC1: above the table, NaN where unknown; empty if no table was looked for or found
   std::vector<ObjectHypothesis> objects;
   std::vector<std::string> warnings;
 };

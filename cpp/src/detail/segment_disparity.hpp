@@ -9,4 +9,7 @@ namespace graspctx::detail {
 double median_disparity(const cv::Mat& mask, const cv::Mat& disparity, const Eigen::Vector2d& at_px,
                         int half_px);
 
+/// Of the whole segment.
+double median_disparity(const cv::Mat& mask, const cv::Mat& disparity);
+
 }  // namespace graspctx::detail
