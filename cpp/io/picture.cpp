@@ -10,111 +10,20 @@
 #include <utility>
 #include <vector>
 
+#include "detail/canvas.hpp"
 #include "detail/check.hpp"
 
 namespace graspctx {
 
 namespace {
 
-// Colours are BGR.
-const cv::Scalar red(40, 40, 235), green(60, 200, 60), blue(255, 110, 30), grey(150, 150, 150),
-    dark_grey(110, 110, 110), white(255, 255, 255), black(0, 0, 0), steel(225, 215, 205);
-const std::vector<cv::Scalar> segment_colours{{0, 190, 255},   {230, 160, 40}, {90, 200, 90},
-                                              {200, 110, 220}, {80, 110, 255}, {220, 220, 60},
-                                              {60, 230, 230},  {180, 140, 255}};
+using namespace detail;
 
-constexpr double near_m = 0.02;      // nothing nearer to the camera is drawn
-constexpr double drawable_px = 1e5;  // beyond this OpenCV's fixed-point coordinates could overflow
-constexpr int sub_pixel_bits = 4;    // of those coordinates
+const cv::Scalar steel(225, 215, 205);  // BGR
 constexpr double axis_length_m = 0.05;
 constexpr double distal_share = 0.44;  // of a finger: the outer link of a Barrett finger, 56 of 126 mm
 constexpr double palm_thickness_m = 0.02;
-constexpr int hides_segment = 40, hides_hand = 200;  // values of Canvas::occupied
 constexpr double segment_opacity = 0.25, best_hand_opacity = 0.72, least_hand_opacity = 0.12;
-
-/// The picture, and how pixels of the image map to it. Pixel centres are at integers in both.
-struct Canvas {
-  cv::Mat picture;
-  cv::Mat occupied;  // CV_8UC1: how much a label would hide at each pixel
-  double scale = 1;
-  int stroke_px = 1;
-
-  Eigen::Vector2d from_image(const Eigen::Vector2d& image_px) const {
-    return (scale * (image_px.array() + 0.5) - 0.5).matrix();
-  }
-};
-
-bool drawable(const Eigen::Vector2d& px) {
-  return px.allFinite() && px.cwiseAbs().maxCoeff() < drawable_px;
-}
-
-int fixed_point(double px) {
-  return static_cast<int>(std::lround(px * (1 << sub_pixel_bits)));
-}
-cv::Point fixed_point(const Eigen::Vector2d& px) {
-  return {fixed_point(px.x()), fixed_point(px.y())};
-}
-
-void draw_line(cv::Mat& picture, const Eigen::Vector2d& from, const Eigen::Vector2d& to,
-               const cv::Scalar& colour, int width_px) {
-  if (!drawable(from) || !drawable(to)) return;
-  cv::line(picture, fixed_point(from), fixed_point(to), colour, width_px, cv::LINE_AA, sub_pixel_bits);
-}
-
-void draw_disc(cv::Mat& picture, const Eigen::Vector2d& centre, double radius_px, const cv::Scalar& colour) {
-  if (!drawable(centre)) return;
-  cv::circle(picture, fixed_point(centre), fixed_point(radius_px), colour, cv::FILLED, cv::LINE_AA,
-             sub_pixel_bits);
-}
-
-void draw_text(cv::Mat& picture, const std::string& text, const cv::Point& baseline_left, double text_px,
-               const cv::Scalar& colour, int width_px) {
-  cv::putText(picture, text, baseline_left, cv::FONT_HERSHEY_SIMPLEX, text_px / 22.0, colour, width_px,
-              cv::LINE_AA);
-}
-
-cv::Size text_size(const std::string& text, double text_px, int width_px) {
-  int below = 0;
-  return cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, text_px / 22.0, width_px, &below);
-}
-
-// ---- Geometry in the camera frame -------------------------------------------------------------------------
-
-using Polygon = std::vector<Eigen::Vector3d>;
-
-/// The point of the line a–b at the nearest depth that is drawn.
-Eigen::Vector3d at_near_plane(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return a + (near_m - a.z()) / (b.z() - a.z()) * (b - a);
-}
-
-/// A polygon (m) in the picture, cut off where it comes too near to the camera; empty if nothing is left.
-std::vector<cv::Point> project_polygon(const Polygon& polygon, const StereoCamera& camera,
-                                       const Canvas& canvas) {
-  Polygon visible;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Eigen::Vector3d &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-    const bool a_visible = a.z() >= near_m, b_visible = b.z() >= near_m;
-    if (a_visible) visible.push_back(a);
-    if (a_visible != b_visible) visible.push_back(at_near_plane(a, b));
-  }
-  std::vector<cv::Point> corners;
-  for (const Eigen::Vector3d& point_m : visible) {
-    const Eigen::Vector2d px = canvas.from_image(camera.project(point_m));
-    if (!drawable(px)) return {};
-    corners.push_back(fixed_point(px));
-  }
-  return corners;
-}
-
-/// A line (m), cut off where it comes too near to the camera.
-void draw_line_3d(Canvas& canvas, Eigen::Vector3d from_m, Eigen::Vector3d to_m, const StereoCamera& camera,
-                  const cv::Scalar& colour, int width_px) {
-  if (!from_m.allFinite() || !to_m.allFinite() || std::max(from_m.z(), to_m.z()) < near_m) return;
-  if (from_m.z() < near_m) from_m = at_near_plane(from_m, to_m);
-  if (to_m.z() < near_m) to_m = at_near_plane(to_m, from_m);
-  draw_line(canvas.picture, canvas.from_image(camera.project(from_m)),
-            canvas.from_image(camera.project(to_m)), colour, width_px);
-}
 
 // ---- The hand ---------------------------------------------------------------------------------------------
 
@@ -232,27 +141,15 @@ void draw_axes(Canvas& canvas, const GraspConfiguration& grasp, const StereoCame
 
 // ---- What was seen ----------------------------------------------------------------------------------------
 
-/// A scene's segments: tinted, with an outline.
-void draw_segments(Canvas& canvas, const Detection& detection) {
+void draw_segments_of(Canvas& canvas, const Detection& detection) {
   const cv::Mat& ids = detection.segmentation.instance_ids;
   if (ids.empty()) return;
-  cv::Mat tint = canvas.picture.clone();
-  std::vector<std::vector<std::vector<cv::Point>>> outlines;
-  for (std::size_t i = 0; i < detection.objects.size(); ++i) {
-    const cv::Scalar& colour = segment_colours[i % segment_colours.size()];
-    cv::Mat segment;
-    cv::resize(ids == detection.objects[i].id, segment, canvas.picture.size(), 0, 0, cv::INTER_LINEAR);
-    segment = segment > 127;
-    tint.setTo(colour, segment);
-    canvas.occupied.setTo(hides_segment, segment);
-    outlines.emplace_back();
-    cv::findContours(segment, outlines.back(), cv::RETR_CCOMP, cv::CHAIN_APPROX_SIMPLE);
+  std::vector<Tint> segments;
+  for (const DetectedObject& object : detection.objects) {
+    segments.push_back(
+        {scaled_mask(ids == object.id, canvas.picture.size()), segment_colour(segments.size())});
   }
-  cv::addWeighted(tint, segment_opacity, canvas.picture, 1 - segment_opacity, 0, canvas.picture);
-  for (std::size_t i = 0; i < outlines.size(); ++i) {
-    cv::polylines(canvas.picture, outlines[i], true, segment_colours[i % segment_colours.size()],
-                  canvas.stroke_px, cv::LINE_AA);
-  }
+  draw_segments(canvas, segments, segment_opacity, canvas.stroke_px);
 }
 
 /// Width (px) of the patches of a grid: column c's centre lies at (c + ½)·width − ½.
@@ -347,49 +244,14 @@ std::string two_decimals(double probability) {
   return std::to_string(hundredths / 100) + "." + (digits.size() < 2 ? "0" : "") + digits;
 }
 
-/// Rank and probability beside the grasp point, where no other label stands, with a line to the point.
-void draw_label(Canvas& canvas, const GraspConfiguration& grasp, const cv::Scalar& colour, bool best,
-                std::vector<cv::Rect>& placed) {
-  const Eigen::Vector2d point = canvas.from_image(grasp.left_px);
-  const cv::Rect whole({0, 0}, canvas.picture.size());
-  if (!drawable(point) || !whole.contains(cv::Point(cvRound(point.x()), cvRound(point.y())))) return;
-
-  const int stroke = canvas.stroke_px, padding = 3 * stroke;
-  const double text_px = (best ? 15 : 11) * stroke;
+/// Rank and probability beside the grasp point.
+void draw_rank(Canvas& canvas, const GraspConfiguration& grasp, const cv::Scalar& colour, bool best,
+               std::vector<cv::Rect>& placed) {
   const std::string text = std::to_string(grasp.rank) + ": " +
                            (std::isfinite(grasp.probability) ? two_decimals(grasp.probability) : "?");
-  const cv::Size size = text_size(text, text_px, stroke) + cv::Size(2 * padding, 2 * padding);
-
-  // Around the point in growing circles: near to it, but hiding as little as possible and no other label.
-  cv::Rect box;
-  double least_cost = std::numeric_limits<double>::infinity();
-  for (int ring = 2; ring <= 9; ++ring) {
-    for (int step = 0; step < 16; ++step) {
-      const double angle = -CV_PI / 4 + step * CV_PI / 8, distance_px = 14.0 * ring * stroke;
-      const cv::Rect candidate({cvRound(point.x() + distance_px * std::cos(angle) - 0.5 * size.width),
-                                cvRound(point.y() + distance_px * std::sin(angle) - 0.5 * size.height)},
-                               size);
-      if ((candidate & whole) != candidate ||
-          std::any_of(placed.begin(), placed.end(),
-                      [&](const cv::Rect& other) { return !(candidate & other).empty(); })) {
-        continue;
-      }
-      const double cost = 8 * ring + cv::mean(canvas.occupied(candidate))[0];
-      if (cost < least_cost) {
-        least_cost = cost;
-        box = candidate;
-      }
-    }
-  }
-  if (box.empty()) return;
-  placed.push_back(box);
-  draw_line(canvas.picture, point, {box.x + 0.5 * box.width, box.y + 0.5 * box.height}, colour, stroke);
-  cv::Mat background = canvas.picture(box);
-  cv::addWeighted(background, 0.15, cv::Mat(size, background.type(), cv::Scalar(30, 30, 30)), 0.85, 0,
-                  background);
-  cv::rectangle(canvas.picture, box, colour, stroke, cv::LINE_AA);
-  draw_text(canvas.picture, text, {box.x + padding, box.y + box.height - padding}, text_px,
-            grasp.feasible ? white : grey, stroke);
+  draw_label(canvas, canvas.from_image(grasp.left_px),
+             {{text}, (best ? 15.0 : 11.0) * canvas.stroke_px, colour, grasp.feasible ? white : grey},
+             placed);
 }
 
 /// The grasps of one object, the best last and so on top.
@@ -411,9 +273,8 @@ void draw_grasps(Canvas& canvas, const DetectedObject& object, const cv::Scalar&
 }  // namespace
 
 void PictureOptions::check() const {
-  detail::require_option(max_grasps >= 0, "picture max_grasps must not be negative");
-  detail::require_option(min_width_px >= 1 && min_width_px <= 16384,
-                         "picture min_width_px must be 1 to 16384");
+  require_option(max_grasps >= 0, "picture max_grasps must not be negative");
+  require_option(min_width_px >= 1 && min_width_px <= 16384, "picture min_width_px must be 1 to 16384");
   hand.check();
 }
 
@@ -422,22 +283,17 @@ cv::Mat draw_detection(const Detection& detection, const StereoCamera& camera,
   options.check();
   camera.check();
   const cv::Mat& left = detection.pair.left;
-  detail::require_image(left, "the detection's left image");
+  require_image(left, "the detection's left image");
   if (!detection.segmentation.instance_ids.empty()) {
-    detail::require_mask(detection.segmentation.instance_ids, left.size(), "the detection's instance ids");
+    require_mask(detection.segmentation.instance_ids, left.size(), "the detection's instance ids");
   }
 
-  Canvas canvas;
   constexpr double largest_side_px = 16384;  // a narrow, tall image is not enlarged beyond
-  canvas.scale = std::max(1.0, std::min(static_cast<double>(options.min_width_px) / left.cols,
-                                        largest_side_px / std::max(left.cols, left.rows)));
-  const cv::Size size(cvRound(canvas.scale * left.cols), cvRound(canvas.scale * left.rows));
-  cv::resize(left, canvas.picture, size, 0, 0, cv::INTER_CUBIC);
-  if (canvas.picture.channels() == 1) cv::cvtColor(canvas.picture, canvas.picture, cv::COLOR_GRAY2BGR);
-  canvas.occupied = cv::Mat::zeros(size, CV_8UC1);
-  canvas.stroke_px = std::max(1, cvRound(size.width / 900.0));
+  Canvas canvas =
+      canvas_of(left, std::max(1.0, std::min(static_cast<double>(options.min_width_px) / left.cols,
+                                             largest_side_px / std::max(left.cols, left.rows))));
 
-  draw_segments(canvas, detection);
+  draw_segments_of(canvas, detection);
   bool any_probability = false;
   for (const DetectedObject& object : detection.objects) {
     if (options.probabilities) draw_probabilities(canvas, object.intermediates);
@@ -459,14 +315,13 @@ cv::Mat draw_detection(const Detection& detection, const StereoCamera& camera,
   for (std::size_t i = detection.objects.size(); i-- > 0;) {
     const double share = highest > 0 ? best_probability(detection.objects[i]) / highest : 1;
     const double opacity = std::max(least_hand_opacity, share * share * best_hand_opacity);
-    draw_grasps(canvas, detection.objects[i], segment_colours[i % segment_colours.size()], camera, options,
-                opacity);
+    draw_grasps(canvas, detection.objects[i], segment_colour(i), camera, options, opacity);
   }
   std::vector<cv::Rect> placed;
   for (std::size_t i = 0; i < detection.objects.size(); ++i) {
     const std::vector<GraspConfiguration>& grasps = detection.objects[i].grasps;
     for (std::size_t k = 0; k < std::min(grasps.size(), static_cast<std::size_t>(options.max_grasps)); ++k) {
-      draw_label(canvas, grasps[k], segment_colours[i % segment_colours.size()], k == 0, placed);
+      draw_rank(canvas, grasps[k], segment_colour(i), k == 0, placed);
     }
   }
   return canvas.picture;
