@@ -1,41 +1,15 @@
 #include "graspctx/io/detection_json.hpp"
 
-#include <cmath>
-#include <nlohmann/json.hpp>
-#include <stdexcept>
-
+#include "detail/json_values.hpp"
 #include "graspctx/version.hpp"
 
 namespace graspctx {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using namespace detail;
 
-/// JSON has no NaN. A detection never holds one: if it does, that is a fault of the program, not of the
-/// input.
-double finite(double value) {
-  if (!std::isfinite(value)) throw std::logic_error("the detection holds a number that is not finite");
-  return value;
-}
-
-template <typename Derived>
-Json to_json(const Eigen::MatrixBase<Derived>& matrix) {
-  Json result = Json::array();
-  if constexpr (Derived::ColsAtCompileTime == 1) {
-    for (Eigen::Index i = 0; i < matrix.size(); ++i) result.push_back(finite(matrix(i)));
-  } else {
-    for (Eigen::Index i = 0; i < matrix.rows(); ++i)
-      result.push_back(to_json(matrix.row(i).transpose().eval()));
-  }
-  return result;
-}
-
-Json to_json(const TablePlane& table) {
-  return {{"normal", to_json(table.normal)}, {"offset_m", finite(table.offset_m)}};
-}
-
-Json to_json(const ObjectPose& pose) {
+Json pose_json(const ObjectPose& pose) {
   return {{"centroid_m", to_json(pose.centroid_m)},
           {"major_axis_m", to_json(pose.major_axis_m)},
           {"minor_axis_m", to_json(pose.minor_axis_m)},
@@ -43,7 +17,7 @@ Json to_json(const ObjectPose& pose) {
           {"source", pose.source == ObjectPose::Source::stereo ? "stereo" : "segment_depth"}};
 }
 
-Json to_json(const GraspConfiguration& grasp) {
+Json grasp_json(const GraspConfiguration& grasp) {
   return {{"rank", grasp.rank},
           {"probability", finite(grasp.probability)},
           {"probability_left", finite(grasp.probability_left)},
@@ -61,14 +35,13 @@ Json to_json(const GraspConfiguration& grasp) {
           {"infeasible_because", grasp.infeasible_because ? Json(*grasp.infeasible_because) : Json()}};
 }
 
-Json to_json(const DetectedObject& object) {
-  const cv::Rect& box = object.bounding_box_px;
+Json object_json(const DetectedObject& object) {
   Json grasps = Json::array();
-  for (const GraspConfiguration& grasp : object.grasps) grasps.push_back(to_json(grasp));
+  for (const GraspConfiguration& grasp : object.grasps) grasps.push_back(grasp_json(grasp));
   return {{"id", object.id},
-          {"bounding_box_px", {box.x, box.y, box.width, box.height}},
+          {"bounding_box_px", to_json(object.bounding_box_px)},
           {"centroid_px", to_json(object.centroid_px)},
-          {"pose", object.pose ? to_json(*object.pose) : Json()},
+          {"pose", object.pose ? pose_json(*object.pose) : Json()},
           {"grasps", std::move(grasps)}};
 }
 
@@ -77,9 +50,7 @@ Json to_json(const DetectedObject& object) {
 std::string detection_to_json(const Detection& detection, const std::string& model_name,
                               const std::string& model_sha256, int indent) {
   Json objects = Json::array();
-  for (const DetectedObject& object : detection.objects) objects.push_back(to_json(object));
-  Json timings = Json::object();
-  for (const auto& [stage, time_ms] : detection.timings_ms) timings[stage] = finite(time_ms);
+  for (const DetectedObject& object : detection.objects) objects.push_back(object_json(object));
   const std::optional<TablePlane>& table = detection.segmentation.table;
   const Json document{{"schema", 1},
                       {"graspctx", version},
@@ -88,8 +59,8 @@ std::string detection_to_json(const Detection& detection, const std::string& mod
                       {"model", {{"name", model_name}, {"sha256", model_sha256}}},
                       {"table_plane", table ? to_json(*table) : Json()},
                       {"objects", std::move(objects)},
-                      {"timings_ms", std::move(timings)}};
-  return document.dump(indent, ' ', false, Json::error_handler_t::replace) + "\n";
+                      {"timings_ms", to_json(detection.timings_ms)}};
+  return text_of(document, indent);
 }
 
 }  // namespace graspctx

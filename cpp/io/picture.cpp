@@ -12,6 +12,7 @@
 
 #include "detail/canvas.hpp"
 #include "detail/check.hpp"
+#include "detail/number_text.hpp"
 
 namespace graspctx {
 
@@ -237,18 +238,12 @@ void draw_probability_scale(Canvas& canvas) {
 
 // ---- Labels -----------------------------------------------------------------------------------------------
 
-/// "0.93", whatever the locale.
-std::string two_decimals(double probability) {
-  const long hundredths = std::lround(100 * std::clamp(probability, 0.0, 1.0));
-  const std::string digits = std::to_string(hundredths % 100);
-  return std::to_string(hundredths / 100) + "." + (digits.size() < 2 ? "0" : "") + digits;
-}
-
 /// Rank and probability beside the grasp point.
 void draw_rank(Canvas& canvas, const GraspConfiguration& grasp, const cv::Scalar& colour, bool best,
                std::vector<cv::Rect>& placed) {
-  const std::string text = std::to_string(grasp.rank) + ": " +
-                           (std::isfinite(grasp.probability) ? two_decimals(grasp.probability) : "?");
+  const std::string text =
+      std::to_string(grasp.rank) + ": " +
+      (std::isfinite(grasp.probability) ? decimal_text(std::clamp(grasp.probability, 0.0, 1.0), 2) : "?");
   draw_label(canvas, canvas.from_image(grasp.left_px),
              {{text}, (best ? 15.0 : 11.0) * canvas.stroke_px, colour, grasp.feasible ? white : grey},
              placed);

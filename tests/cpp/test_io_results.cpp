@@ -9,6 +9,7 @@
 
 #include "graspctx/io/detection_json.hpp"
 #include "graspctx/io/npy.hpp"
+#include "graspctx/io/segmentation_json.hpp"
 #include "graspctx/version.hpp"
 #include "temporary_folder.hpp"
 
@@ -104,6 +105,65 @@ TEST(DetectionJson, RefusesNumbersThatJsonCannotHold) {
     detection.objects[0].grasps[1].position_m.z() = bad;
     EXPECT_THROW(detection_to_json(detection, "mug", "abc"), std::logic_error);
   }
+}
+
+Segmentation made_up_segmentation() {
+  Segmentation segmentation;
+  segmentation.instance_ids = cv::Mat::zeros(480, 640, CV_8UC1);
+  segmentation.table = TablePlane{0.1, 0.2, 3, {0, -0.6, -0.8}, 0.7, 0.1};
+  segmentation.warnings = {"the views are 2.5 px apart"};
+  ObjectHypothesis object;
+  object.id = 1;
+  object.bounding_box_px = {10, 20, 30, 40};
+  object.centroid_px = {25.5, 1.0 / 3};
+  object.saliency = 54.25;
+  object.leaves_table = true;
+  object.size_m = Eigen::Vector3d(0.1, 0.05, 0.1 + 0.2);
+  object.depth_m = 0.75;
+  segmentation.objects = {object, {}};
+  return segmentation;
+}
+
+TEST(SegmentationJson, FollowsTheSchema) {
+  const std::string text =
+      segmentation_to_json(made_up_segmentation(), CueLevel::plane, {{"disparity", 12.25}, {"a", 1}});
+  const json document = json::parse(text);
+  const auto ordered = nlohmann::ordered_json::parse(text);
+  const auto keys = [](const auto& object) {
+    std::string names;
+    for (const auto& [name, value] : object.items()) names += name + " ";
+    return names;
+  };
+  EXPECT_EQ(keys(ordered), "schema graspctx frame image_size cues table_plane objects warnings timings_ms ");
+  EXPECT_EQ(keys(ordered["objects"][0]),
+            "id bounding_box_px centroid_px saliency touches_border leaves_table size_m depth_m ");
+  EXPECT_EQ(keys(ordered["timings_ms"]), "disparity a ");
+  EXPECT_EQ(document["schema"], 1);
+  EXPECT_EQ(document["image_size"], (json{640, 480}));
+  EXPECT_EQ(document["cues"], "plane");
+  EXPECT_EQ(document["table_plane"]["offset_m"], 0.7);
+  EXPECT_EQ(document["warnings"], (json{"the views are 2.5 px apart"}));
+  const json& object = document["objects"][0];
+  EXPECT_EQ(object["centroid_px"][1].get<double>(), 1.0 / 3);
+  EXPECT_EQ(object["size_m"][2].get<double>(), 0.1 + 0.2);
+  EXPECT_EQ(object["leaves_table"], true);
+  EXPECT_EQ(object["touches_border"], false);
+  EXPECT_EQ(document["objects"][1]["size_m"], nullptr);
+  EXPECT_EQ(document["objects"][1]["depth_m"], nullptr);
+  EXPECT_EQ(segmentation_to_json(made_up_segmentation(), CueLevel::plane, {}, -1).find('\n'),
+            segmentation_to_json(made_up_segmentation(), CueLevel::plane, {}, -1).size() - 1);
+}
+
+TEST(SegmentationJson, NothingFoundIsAnAnswerAndWhatIsNotFiniteIsNone) {
+  Segmentation nothing;
+  nothing.instance_ids = cv::Mat::zeros(3, 4, CV_8UC1);
+  const json document = json::parse(segmentation_to_json(nothing, CueLevel::colour));
+  EXPECT_EQ(document["objects"], json::array());
+  EXPECT_EQ(document["table_plane"], nullptr);
+  EXPECT_EQ(document["warnings"], json::array());
+  Segmentation bad = made_up_segmentation();
+  bad.objects[1].depth_m = std::nan("");
+  EXPECT_THROW(segmentation_to_json(bad, CueLevel::colour), std::logic_error);
 }
 
 TEST(Npy, HeaderAndDataAreWhereTheFormatPutsThem) {

@@ -71,8 +71,7 @@ struct GRASPCTX_EXPORT SegmentationOptions {
 struct Segmentation {
   cv::Mat instance_ids;  // CV_8UC1, 0 = background, otherwise ObjectHypothesis::id
   std::optional<TablePlane> table;
-  cv::Mat
-      heights_m;  // CV_32FC1: above the table, NaN where unknown; empty if no table was looked for or found
+  cv::Mat heights_m;  // CV_32FC1: above the table, NaN where unknown; empty without a table
   std::vector<ObjectHypothesis> objects;
   std::vector<std::string> warnings;
 };

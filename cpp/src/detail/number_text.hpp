@@ -11,4 +11,12 @@ inline std::string number_text(double value) {
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
 }
 
+/// With a fixed number of decimals, in any locale.
+inline std::string decimal_text(double value, int decimals) {
+  std::array<char, 64> text;
+  const auto [end, error] =
+      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, decimals);
+  return error == std::errc{} ? std::string(text.data(), end) : number_text(value);
+}
+
 }  // namespace graspctx::detail

@@ -1,8 +1,11 @@
 #pragma once
+#include <map>
 #include <opencv2/core.hpp>
 
 #include "graspctx/detector.hpp"
 #include "graspctx/export.hpp"
+#include "graspctx/segmentation.hpp"
+#include "graspctx/stereo.hpp"
 
 namespace graspctx {
 
@@ -22,5 +25,17 @@ struct GRASPCTX_EXPORT PictureOptions {
 /// detection holds no image or an option is out of range.
 GRASPCTX_EXPORT cv::Mat draw_detection(const Detection& detection, const StereoCamera& camera,
                                        const PictureOptions& options = {});
+
+/// One picture that explains how a scene was segmented (III-A, Fig. 2), in eight panels: the hypotheses of
+/// the level that options.cues names, the disparity, a grid on the table plane, the heights above it, the
+/// three cue levels side by side, and the objects in numbers. levels: what segment_objects gave for the same
+/// pair at each level; those that are missing are left empty. options: those the levels were made with; its
+/// fixation point and region are drawn. panel_px: the longer side of each panel, 160 to 4096. CV_8UC3 BGR.
+/// Throws InvalidInput for maps and masks of another size than the image, or if the level of options.cues is
+/// missing.
+GRASPCTX_EXPORT cv::Mat draw_segmentation(const cv::Mat& left, const Disparity& disparity,
+                                          const StereoCamera& camera,
+                                          const std::map<CueLevel, Segmentation>& levels,
+                                          const SegmentationOptions& options = {}, int panel_px = 640);
 
 }  // namespace graspctx
