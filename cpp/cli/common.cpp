@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <iostream>
+#include <limits>
 #include <opencv2/core/utility.hpp>
 
 #include "graspctx/error.hpp"
@@ -33,6 +34,22 @@ std::string lower_extension(const std::string& file) {
 bool is_yaml(const std::string& file) {
   const std::string extension = lower_extension(file);
   return extension == ".yaml" || extension == ".yml";
+}
+
+constexpr int largest_side_px = 32767;
+
+/// CLI::Range would let NaN pass.
+CLI::Validator number_within(double least, double most) {
+  return CLI::Validator(
+      [=](const std::string& word) {
+        double value = std::numeric_limits<double>::quiet_NaN();
+        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+        const bool good =
+            error == std::errc{} && end == word.data() + word.size() && value >= least && value <= most;
+        return good ? std::string()
+                    : "'" + word + "' is no number from " + fixed(least, 0) + " to " + fixed(most, 0);
+      },
+      "");
 }
 
 /// Number of characters of UTF-8 text.
@@ -103,15 +120,29 @@ void add_segmentation_arguments(CLI::App& command, SegmentationArguments& argume
       ->type_name("U,V")
       ->delimiter(',')
       ->expected(2)
-      ->check(CLI::Validator(
-          [](const std::string& word) {
-            double value = -1;  // CLI::Range would let NaN pass
-            const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-            const bool good =
-                error == std::errc{} && end == word.data() + word.size() && value >= 0 && value <= 32767;
-            return good ? std::string() : "'" + word + "' is no pixel, expected a number from 0 to 32767";
-          },
-          ""));
+      ->check(number_within(0, largest_side_px));
+  command.add_option("--roi", arguments.roi_px, "look at the object in this box (px) of the left view only")
+      ->type_name("X,Y,WIDTH,HEIGHT")
+      ->delimiter(',')
+      ->expected(4)
+      ->check(CLI::Range(0, largest_side_px));
+  command
+      .add_option("--table-plane", arguments.table_plane,
+                  "the table of a fixed rig: unit normal (towards the camera) and offset (m) in the left "
+                  "camera's frame, as the JSON's table_plane gives them")
+      ->type_name("NX,NY,NZ,OFFSET")
+      ->delimiter(',')
+      ->expected(4)
+      ->check(number_within(-1e6, 1e6));
+  command
+      .add_option("--gravity", arguments.gravity,
+                  "where things fall, in the left camera's frame (x right, y down, z forward): for cameras "
+                  "that are turned or look straight down")
+      ->type_name("X,Y,Z")
+      ->delimiter(',')
+      ->expected(3)
+      ->check(number_within(-1e6, 1e6))
+      ->excludes("--table-plane");
 }
 
 SegmentationOptions segmentation_options(const SegmentationArguments& arguments, const cv::Size& image_size) {
@@ -119,6 +150,14 @@ SegmentationOptions segmentation_options(const SegmentationArguments& arguments,
   if (arguments.cues == "disparity") options.cues = CueLevel::disparity;
   if (arguments.cues == "plane") options.cues = CueLevel::plane;
   if (arguments.cues == "colour") options.cues = CueLevel::colour;
+  if (const std::vector<int>& box = arguments.roi_px; !box.empty()) {
+    options.roi_px = cv::Rect(box[0], box[1], box[2], box[3]);
+    if (box[0] + box[2] > image_size.width || box[1] + box[3] > image_size.height) {
+      throw InvalidInput("--roi: the box reaches out of the image, expected it within " +
+                         size_text(image_size));
+    }
+    naming("--roi", [&] { options.check(); });
+  }
   if (!arguments.fixation_px.empty()) {
     const Eigen::Vector2d pixel(arguments.fixation_px[0], arguments.fixation_px[1]);
     if (pixel.x() > image_size.width - 1 || pixel.y() > image_size.height - 1) {
@@ -126,6 +165,17 @@ SegmentationOptions segmentation_options(const SegmentationArguments& arguments,
                          std::to_string(image_size.width) + "," + std::to_string(image_size.height));
     }
     options.fixation_px = pixel;
+    naming("--fixate", [&] { options.check(); });
+  }
+  if (const std::vector<double>& plane = arguments.table_plane; !plane.empty()) {
+    options.table.emplace();
+    options.table->normal = {plane[0], plane[1], plane[2]};
+    options.table->offset_m = plane[3];
+    naming("--table-plane", [&] { options.check(); });
+  }
+  if (const std::vector<double>& down = arguments.gravity; !down.empty()) {
+    options.gravity = {down[0], down[1], down[2]};
+    naming("--gravity", [&] { options.check(); });
   }
   return options;
 }

@@ -36,13 +36,15 @@ struct LoadedPair {
 /// Throws InvalidInput naming the file, also if the sizes do not fit each other or the calibration.
 LoadedPair load_pair(const PairArguments& arguments);
 
-/// [--cues disparity|plane|colour] [--fixate U,V]
+/// [--cues disparity|plane|colour] [--fixate U,V] [--roi X,Y,WIDTH,HEIGHT] [--table-plane NX,NY,NZ,OFFSET]
+/// [--gravity X,Y,Z]
 struct SegmentationArguments {
   std::string cues = "colour";
-  std::vector<double> fixation_px;
+  std::vector<double> fixation_px, table_plane, gravity;
+  std::vector<int> roi_px;
 };
 void add_segmentation_arguments(CLI::App& command, SegmentationArguments& arguments);
-/// Throws InvalidInput if the fixated pixel lies outside of the image.
+/// Throws InvalidInput naming the option if a value is out of range or a pixel lies outside of the image.
 SegmentationOptions segmentation_options(const SegmentationArguments& arguments, const cv::Size& image_size);
 
 /// [--threads N]: 1 by default.

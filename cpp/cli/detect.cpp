@@ -94,7 +94,8 @@ void add_detect(CLI::App& program) {
                   "8-bit PNG, instance ids of the left rectified view: instead of the segmentation")
       ->type_name("FILE")
       ->excludes("--cues")
-      ->excludes("--fixate");
+      ->excludes("--fixate")
+      ->excludes("--roi");
   command.add_option("--max-grasps", arguments->max_grasps, "of each object")
       ->check(CLI::Range(1, 1000))
       ->type_name("N");

@@ -43,6 +43,7 @@ __all__: list[str] = [
     "descriptor_defaults",
     "detect_grasps",
     "draw_detection",
+    "draw_segmentation",
     "evaluate_model",
     "expected_calibration_error",
     "find_grasp_points",
@@ -256,24 +257,51 @@ class ObjectHypothesis:
         """
 
     @property
+    def depth_m(self) -> float | None:
+        """
+        Median over its pixels, along the viewing axis; None where unknown.
+        """
+
+    @property
     def id(self) -> int:
         """
         Its value in Segmentation.instance_ids.
         """
 
     @property
-    def saliency(self) -> float:
+    def leaves_table(self) -> bool:
         """
-        The hypotheses are ordered by it.
+        Part of it stands or hangs beyond the table's edge. False without a plane.
         """
 
     @property
-    def touches_border(self) -> bool: ...
+    def saliency(self) -> float:
+        """
+        The area surely seen (cm²) over the distance (m); the hypotheses are ordered by it. Of a caller's own mask: its pixels.
+        """
+
+    @property
+    def size_m(self) -> numpy.typing.NDArray[numpy.float64] | None:
+        """
+        (3,) length and width of what is seen of it from above, height over the table; None where unknown.
+        """
+
+    @property
+    def touches_border(self) -> bool:
+        """
+        It is cut by the image.
+        """
 
 class Segmentation:
     """
     The objects of a scene and what they stand on.
     """
+
+    @property
+    def heights_m(self) -> numpy.typing.NDArray[numpy.float32] | None:
+        """
+        (H, W) float32 heights above the table, NaN where unknown; None without a table.
+        """
 
     @property
     def instance_ids(self) -> numpy.typing.NDArray[numpy.uint8]:
@@ -1168,6 +1196,9 @@ def detect_grasps(
     min_reliable_share: float = ...,
     cell_m: float = ...,
     fixation_px: tuple[float, float] | None = ...,
+    roi_px: tuple[int, int, int, int] | None = ...,
+    table: TablePlane | tuple[float, float, float, float] | None = ...,
+    gravity: tuple[float, float, float] | None = ...,
     max_disparity_px: int = ...,
     half_resolution: bool = ...,
     block_px: int = ...,
@@ -1197,7 +1228,7 @@ def detect_grasps(
     left, right: uint8 images of the same size, RGB (H, W, 3) or grey (H, W), rectified first if camera.raw says how.
     mask: uint8 or bool (H, W) instance ids of the left rectified view, used instead of the segmentation.
     cues: 'disparity', 'plane' or 'colour'; each adds to the one before (Fig. 2).
-    fixation_px: (u, v), look only at the object at this pixel of the left view.
+    fixation_px, roi_px, table, gravity: where to look, and what is known of the rig, as in segment_objects.
     max_grasps: of each object. threads: the result is the same for any number.
     approach_threshold: φ of Eq. 3, share of the minor semi-axis in the image.
     min_probability: of both views together; what is less likely is no grasp.
@@ -1228,6 +1259,40 @@ def draw_detection(
 
     max_grasps: drawn for each object; a hand for the first, axes for the others (x closing red, y green, z approach
     blue, grey where infeasible). min_width_px: smaller images are enlarged.
+    """
+
+def draw_segmentation(
+    left: numpy.typing.NDArray[numpy.uint8],
+    right: numpy.typing.NDArray[numpy.uint8],
+    camera: StereoCamera,
+    *,
+    panel_px: int = ...,
+    cues: str = ...,
+    max_objects: int = ...,
+    min_height_m: float = ...,
+    max_height_m: float = ...,
+    min_extent_m: float = ...,
+    max_extent_m: float = ...,
+    min_reliable_share: float = ...,
+    cell_m: float = ...,
+    fixation_px: tuple[float, float] | None = ...,
+    roi_px: tuple[int, int, int, int] | None = ...,
+    table: TablePlane | tuple[float, float, float, float] | None = ...,
+    gravity: tuple[float, float, float] | None = ...,
+    max_disparity_px: int = ...,
+    half_resolution: bool = ...,
+    block_px: int = ...,
+    uniqueness_percent: float = ...,
+    speckle_px: int = ...,
+    left_right_px: float = ...,
+    texture_sigmas: float = ...,
+) -> numpy.typing.NDArray[numpy.uint8]:
+    """
+    A picture that explains how a scene is segmented (Fig. 2): uint8 RGB.
+
+    Eight panels, the longer side of each panel_px: the hypotheses of the level cues, the disparity, a grid on the table
+    plane, the heights above it, the three cue levels side by side, and the objects in numbers. The arguments and
+    options are those of segment_objects. Raises InvalidInput for unusable images or options.
     """
 
 def evaluate_model(model: GraspModel, views: collections.abc.Sequence[LabelledView]) -> list[ClassEvaluation]:
@@ -1361,6 +1426,9 @@ def segment_objects(
     min_reliable_share: float = ...,
     cell_m: float = ...,
     fixation_px: tuple[float, float] | None = ...,
+    roi_px: tuple[int, int, int, int] | None = ...,
+    table: TablePlane | tuple[float, float, float, float] | None = ...,
+    gravity: tuple[float, float, float] | None = ...,
     max_disparity_px: int = ...,
     half_resolution: bool = ...,
     block_px: int = ...,
@@ -1374,7 +1442,10 @@ def segment_objects(
 
     left, right: uint8 images, RGB (H, W, 3) or grey (H, W), rectified first if camera.raw says how.
     cues: 'disparity', 'plane' or 'colour'; each adds to the one before (Fig. 2).
-    fixation_px: (u, v), look only at the object at this pixel of the left view.
+    fixation_px: (u, v), look only at the object at this pixel of the left view. roi_px: (x, y, width, height), only
+    at the object in this box.
+    table: the known plane of a fixed rig, a TablePlane or (nx, ny, nz, offset_m) with a unit normal towards the
+    camera. gravity: (x, y, z) where things fall, in the camera frame, for cameras that are not upright.
     No object is an answer. Raises InvalidInput for unusable images or options.
     """
 
@@ -1392,6 +1463,9 @@ def segment_scene(
     min_reliable_share: float = ...,
     cell_m: float = ...,
     fixation_px: tuple[float, float] | None = ...,
+    roi_px: tuple[int, int, int, int] | None = ...,
+    table: TablePlane | tuple[float, float, float, float] | None = ...,
+    gravity: tuple[float, float, float] | None = ...,
     max_disparity_px: int = ...,
     half_resolution: bool = ...,
     block_px: int = ...,
@@ -1401,7 +1475,7 @@ def segment_scene(
     texture_sigmas: float = ...,
 ) -> Segmentation:
     """
-    As segment_objects, with the table plane, each object's hypothesis and warnings.
+    As segment_objects, with the table plane, the heights above it, each object's hypothesis and warnings.
     """
 
 def shape_contexts(

@@ -24,6 +24,32 @@ def plot_detection(detection: _core.Detection, axes: Axes | None = None, **optio
     return axes
 
 
+def plot_cue_levels(
+    left: NDArray[np.uint8], right: NDArray[np.uint8], camera: _core.StereoCamera, **options: Any
+) -> Figure:
+    """The segmentation at its three cue levels, side by side (Fig. 2).
+
+    left, right: uint8 (H, W, 3) RGB or (H, W). The options are those of segment_objects but cues.
+    Returns a figure of three axes.
+    """
+    import matplotlib.pyplot as plt
+
+    view = _core.rectify(left, right, camera)[0]
+    figure, panels = plt.subplots(1, 3, figsize=(15, 4.2), layout="constrained")
+    for axes, cues in zip(panels, ("disparity", "plane", "colour")):
+        scene = _core.segment_scene(left, right, camera, cues=cues, **options)
+        axes.imshow(view, cmap="gray", alpha=0.4)
+        for index, found in enumerate(scene.objects):
+            mask = scene.instance_ids == found.id
+            colour = f"C{index % 10}"
+            axes.contourf(mask, levels=[0.5, 1.5], colors=[colour], alpha=0.4)
+            axes.contour(mask, levels=[0.5], colors=[colour])
+            axes.annotate(str(found.id), found.centroid_px, color="white", ha="center", va="center")
+        axes.set_title(f"{cues}: {len(scene.objects)} object{'' if len(scene.objects) == 1 else 's'}")
+        axes.set_axis_off()
+    return figure
+
+
 def plot_descriptor(
     image: NDArray[np.uint8],
     mask: NDArray[np.uint8] | NDArray[np.bool_],

@@ -147,7 +147,7 @@ blue, grey where infeasible). min_width_px: smaller images are enlarged.)";
 left, right: uint8 images of the same size, RGB (H, W, 3) or grey (H, W), rectified first if camera.raw says how.
 mask: uint8 or bool (H, W) instance ids of the left rectified view, used instead of the segmentation.
 cues: 'disparity', 'plane' or 'colour'; each adds to the one before (Fig. 2).
-fixation_px: (u, v), look only at the object at this pixel of the left view.
+fixation_px, roi_px, table, gravity: where to look, and what is known of the rig, as in segment_objects.
 max_grasps: of each object. threads: the result is the same for any number.
 approach_threshold: φ of Eq. 3, share of the minor semi-axis in the image.
 min_probability: of both views together; what is less likely is no grasp.

@@ -107,6 +107,31 @@ struct Member {
     const auto values = items(name, "a pixel (u, v)", value, 2);
     member = Eigen::Vector2d(real(name, values[0]), real(name, values[1]));
   }
+  void set(std::optional<Eigen::Vector3d>& member, py::handle value) const {
+    member.reset();
+    if (value.is_none()) return;
+    const auto values = items(name, "a vector (x, y, z)", value, 3);
+    member = Eigen::Vector3d(real(name, values[0]), real(name, values[1]), real(name, values[2]));
+  }
+  void set(std::optional<cv::Rect>& member, py::handle value) const {
+    member.reset();
+    if (value.is_none()) return;
+    const auto values = items(name, "a box (x, y, width, height)", value, 4);
+    member = cv::Rect(integer<int>(name, values[0]), integer<int>(name, values[1]),
+                      integer<int>(name, values[2]), integer<int>(name, values[3]));
+  }
+  void set(std::optional<TablePlane>& member, py::handle value) const {
+    member.reset();
+    if (value.is_none()) return;
+    if (py::isinstance<TablePlane>(value)) {
+      member = value.cast<TablePlane>();
+      return;
+    }
+    const auto values = items(name, "a TablePlane or (nx, ny, nz, offset_m)", value, 4);
+    member.emplace();
+    member->normal = {real(name, values[0]), real(name, values[1]), real(name, values[2])};
+    member->offset_m = real(name, values[3]);
+  }
 };
 
 template <typename Value>
@@ -129,6 +154,19 @@ py::object get(CueLevel member) {
 py::object get(const std::optional<Eigen::Vector2d>& member) {
   if (!member) return py::none();
   return py::make_tuple(member->x(), member->y());
+}
+
+py::object get(const std::optional<Eigen::Vector3d>& member) {
+  if (!member) return py::none();
+  return py::make_tuple(member->x(), member->y(), member->z());
+}
+py::object get(const std::optional<cv::Rect>& member) {
+  if (!member) return py::none();
+  return py::make_tuple(member->x, member->y, member->width, member->height);
+}
+py::object get(const std::optional<TablePlane>& member) {
+  if (!member) return py::none();
+  return py::cast(*member);
 }
 
 const char* annotation(bool*) {
@@ -154,6 +192,15 @@ const char* annotation(CueLevel*) {
 }
 const char* annotation(std::optional<Eigen::Vector2d>*) {
   return "tuple[float, float] | None";
+}
+const char* annotation(std::optional<Eigen::Vector3d>*) {
+  return "tuple[float, float, float] | None";
+}
+const char* annotation(std::optional<cv::Rect>*) {
+  return "tuple[int, int, int, int] | None";
+}
+const char* annotation(std::optional<TablePlane>*) {
+  return "TablePlane | tuple[float, float, float, float] | None";
 }
 
 }  // namespace
@@ -219,7 +266,10 @@ Keywords keywords(SegmentationOptions& options) {
           {"max_extent_m", &options.max_extent_m},
           {"min_reliable_share", &options.min_reliable_share},
           {"cell_m", &options.cell_m},
-          {"fixation_px", &options.fixation_px}};
+          {"fixation_px", &options.fixation_px},
+          {"roi_px", &options.roi_px},
+          {"table", &options.table},
+          {"gravity", &options.gravity}};
 }
 
 Keywords keywords(GraspPointOptions& options) {

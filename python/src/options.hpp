@@ -23,7 +23,8 @@ namespace py = pybind11;
 struct Keyword {
   std::string name;
   std::variant<bool*, int*, std::uint32_t*, double*, std::array<int, 3>*, std::vector<double>*, CueLevel*,
-               std::optional<Eigen::Vector2d>*>
+               std::optional<Eigen::Vector2d>*, std::optional<Eigen::Vector3d>*, std::optional<cv::Rect>*,
+               std::optional<TablePlane>*>
       member;
 };
 using Keywords = std::vector<Keyword>;

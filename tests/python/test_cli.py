@@ -78,6 +78,26 @@ def test_version(cli):
         ["detect", "LEFT", "RIGHT", "--calibration", "CALIB", "--json"],
         ["segment", "LEFT", "RIGHT", "--calibration", "CALIB"],
         ["segment", "LEFT", "RIGHT", "--calibration", "CALIB", "--output", "mask.jpg"],
+        ["segment", "LEFT", "RIGHT", "--calibration", "CALIB", "--picture", "scene.txt"],
+        ["segment", "LEFT", "RIGHT", "--calibration", "CALIB", "--json"],
+        *[
+            ["segment", "LEFT", "RIGHT", "--calibration", "CALIB", "--json", "-", *words.split()]
+            for words in (
+                "--roi 1,2,3",
+                "--roi 1,2,3,4,5",
+                "--roi -1,2,3,4",
+                "--roi 1.5,2,3,4",
+                "--roi 1,2,3,99999999999",
+                "--roi nan,2,3,4",
+                "--gravity 0,1",
+                "--gravity 0,inf,0",
+                "--gravity x,y,z",
+                "--table-plane 0,-1,0",
+                "--table-plane 0,-1,0,nan",
+                "--table-plane 0,-1,0,0.5 --gravity 0,1,0",
+            )
+        ],
+        ["detect", "LEFT", "RIGHT", "--calibration", "CALIB", "--mask", "m.png", "--roi", "1,2,3,4"],
         ["train", "folder"],
         ["train", "--output", "m.safetensors"],
         ["train", "folder", "--output", "m.safetensors", "--seed", "x"],
@@ -350,8 +370,96 @@ def test_segment_writes_instance_ids(cli, mug_pair, detection, tmp_path):
     assert ids.shape == (480, 640)
     found = {item["id"]: item["bounding_box_px"] for item in detection["objects"]}
     assert set(np.unique(ids)) - {0} == set(found)
-    printed = [[int(word) for word in line.split()] for line in text.splitlines()[1:]]
+    printed = [[int(word) for word in line.split()[:5]] for line in text.splitlines()[1:]]
     assert {row[0]: row[1:] for row in printed} == found
+
+
+SEGMENTED_KEYS = [
+    *["id", "bounding_box_px", "centroid_px", "saliency", "touches_border", "leaves_table", "size_m"],
+    "depth_m",
+]
+SEGMENTATION_KEYS = [
+    *["schema", "graspctx", "frame", "image_size", "cues", "table_plane", "objects", "warnings"],
+    "timings_ms",
+]
+
+
+def test_segmentation_json_is_as_documented(cli, mug_pair, detection, tmp_path):
+    arguments = ["segment", *mug_pair.arguments, "--output", tmp_path / "mask.png"]
+    text = succeed(cli(*arguments, "--json", "-"))
+    found = json.loads(text)
+    documented = (REPOSITORY / "docs" / "segmentation-json.md").read_text()
+    assert list(found) == SEGMENTATION_KEYS
+    assert all(list(item) == SEGMENTED_KEYS for item in found["objects"])
+    for key in SEGMENTATION_KEYS + SEGMENTED_KEYS:
+        assert f"`{key}`" in documented, key
+    assert found["schema"] == 1 and found["cues"] == "colour" and found["warnings"] == []
+    assert found["image_size"] == [640, 480]
+    assert found["table_plane"] == detection["table_plane"]
+    assert list(found["timings_ms"]) == ["rectify", "disparity", "segmentation"]
+    ids = np.asarray(Image.open(tmp_path / "mask.png"))
+    assert found["objects"], "the bundled pair shows a mug"
+    for item in found["objects"]:
+        v, u = np.nonzero(ids == item["id"])
+        x, y, width, height = item["bounding_box_px"]
+        assert [u.min(), v.min(), u.max() + 1, v.max() + 1] == [x, y, x + width, y + height]
+        np.testing.assert_allclose(item["centroid_px"], [u.mean(), v.mean()], atol=1e-9)
+        length, across, tall = item["size_m"]
+        assert 0.02 < across <= length < 0.3 and 0.02 < tall < 0.3
+        assert 0.3 < item["depth_m"] < 1
+    succeed(cli(*arguments, "--json", tmp_path / "found.json", "--threads", 4))
+    assert without_timings((tmp_path / "found.json").read_text()) == without_timings(text)
+
+
+def test_no_object_is_an_answer_of_segment(cli, tmp_path):
+    Image.fromarray(np.full((240, 320, 3), 128, np.uint8)).save(tmp_path / "plain.png")
+    calibration = tmp_path / "calib.txt"
+    calibration.write_text(
+        "cam0=[300 0 160; 0 300 120; 0 0 1]\ncam1=[300 0 160; 0 300 120; 0 0 1]\n"
+        "doffs=0\nbaseline=80\nwidth=320\nheight=240\n"
+    )
+    views = [tmp_path / "plain.png", tmp_path / "plain.png", "--calibration", calibration]
+    outputs = ["--json", "-", "--picture", tmp_path / "scene.png", "--output", tmp_path / "mask.png"]
+    result = cli("segment", *views, *outputs)
+    found = json.loads(succeed(result))
+    assert found["objects"] == [] and found["table_plane"] is None
+    assert found["warnings"] and all(warning in result.stderr for warning in found["warnings"])
+    assert not np.asarray(Image.open(tmp_path / "mask.png")).any()
+    assert Image.open(tmp_path / "scene.png").size[0] > 2000
+
+
+def test_picture_of_a_segmentation(cli, mug_pair, tmp_path):
+    common = ["segment", *mug_pair.arguments]
+    assert succeed(cli(*common, "--picture", tmp_path / "one.png")).startswith("id ")
+    succeed(cli(*common, "--picture", tmp_path / "two.png", "--threads", 4))
+    assert (tmp_path / "one.png").read_bytes() == (tmp_path / "two.png").read_bytes()
+    succeed(cli(*common, "--picture", tmp_path / "small.jpg", "--cues", "plane"))
+    with Image.open(tmp_path / "one.png") as picture, Image.open(tmp_path / "small.jpg") as other:
+        assert picture.mode == "RGB" and picture.size == other.size
+        assert picture.size[0] > 4 * 640 and picture.size[1] > 2 * 480
+
+
+def test_what_is_known_of_the_rig(cli, mug_pair, trained_model):
+    """The table that was found, or the direction that it says is down, gives the same objects again."""
+    for command in (["segment"], ["detect", "--model", trained_model]):
+        common = [*command, *mug_pair.arguments, "--json", "-"]
+        found = json.loads(succeed(cli(*common)))
+        (mug,) = found["objects"]
+        normal = np.array(found["table_plane"]["normal"])
+        table = ",".join(map(str, [*normal, found["table_plane"]["offset_m"]]))
+        down = ",".join(map(str, -9.81 * normal))
+        x, y, width, height = mug["bounding_box_px"]
+        roi = f"{x - 9},{y - 9},{width + 18},{height + 18}"
+        for option, value in (("--table-plane", table), ("--gravity", down), ("--roi", roi)):
+            again = json.loads(succeed(cli(*common, f"{option}={value}")))
+            np.testing.assert_allclose(again["table_plane"]["normal"], normal, atol=0.01, err_msg=option)
+            assert len(again["objects"]) == 1, option
+            np.testing.assert_allclose(
+                again["objects"][0]["bounding_box_px"], mug["bounding_box_px"], atol=12, err_msg=option
+            )
+        # A word that starts with a minus is a value, too.
+        sideways = json.loads(succeed(cli(*common, "--gravity", "-1,0,0")))
+        assert sideways["table_plane"] is None
 
 
 def test_more_threads_than_processors_are_no_news(cli, mug_pair, tmp_path):

@@ -176,8 +176,9 @@ def test_broken_image(refuses_detect, pair, side, damage):
 @pytest.mark.parametrize("damage", UNREADABLE)
 def test_broken_image_elsewhere(refuses, pair, tmp_path, damage):
     damage(pair.left)
-    outputs = [tmp_path / "out.png"]
-    refuses(pair.left, "segment", *pair.arguments, "--output", outputs[0], outputs=outputs)
+    outputs = [tmp_path / name for name in ("out.png", "scene.png", "out.json")]
+    arguments = ["--output", outputs[0], "--picture", outputs[1], "--json", outputs[2]]
+    refuses(pair.left, "segment", *pair.arguments, *arguments, outputs=outputs)
     outputs = [tmp_path / "out.npy"]
     refuses(pair.left, "describe", pair.left, "--output", outputs[0], outputs=outputs)
 
@@ -232,8 +233,31 @@ def test_empty_mask_holds_nothing_to_describe(refuses, pair, tmp_path):
     refuses(file, "describe", pair.left, "--mask", file, "--fovea", "--output", tmp_path / "out.npy")
 
 
-def test_fixation_outside_of_the_image(refuses_detect, pair):
-    refuses_detect("--fixate", pair, "--fixate", "640,10")
+@pytest.mark.parametrize(
+    "words",
+    [
+        "--fixate 640,10",
+        "--roi 600,400,41,80",
+        "--roi 600,400,40,81",
+        "--roi 0,0,0,5",
+        "--roi 32767,0,32767,5",
+        "--gravity 0,0,0",
+        "--table-plane 0,-1,0,0",
+        "--table-plane 0,-1,-1,0.4",
+        "--table-plane 0,-0.6,-0.8,-0.4",
+    ],
+)
+def test_options_that_do_not_fit_are_named(refuses, refuses_detect, pair, tmp_path, words):
+    option, value = words.split()
+    refuses_detect(option, pair, option, value)
+    outputs = [tmp_path / name for name in ("mask.png", "scene.png", "found.json")]
+    arguments = ["--output", outputs[0], "--picture", outputs[1], "--json", outputs[2]]
+    refuses(option, "segment", *pair.arguments, option, value, *arguments, outputs=outputs)
+
+
+def test_fixation_outside_of_the_box(refuses, pair):
+    words = ["--roi", "10,10,50,50", "--fixate", "5,30"]
+    refuses("--fixate", "segment", *pair.arguments, *words, "--json", "-")
 
 
 # ---- calibrations ----

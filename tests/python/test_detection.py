@@ -181,6 +181,46 @@ def test_segmentation_agrees_with_itself(pair, camera, cues):
     assert saliencies == sorted(saliencies, reverse=True)
 
 
+def test_segmentation_says_what_it_knows_of_the_table(mug_pair):
+    left, right = gc.read_image(mug_pair.left), gc.read_image(mug_pair.right)
+    camera = gc.StereoCamera.load(mug_pair.calibration)
+    scene = gc.segment_scene(left, right, camera)
+    (mug,) = scene.objects
+    heights = scene.heights_m
+    assert heights.dtype == np.float32 and heights.shape == scene.instance_ids.shape
+    assert not heights.flags.writeable
+    known = np.isfinite(heights)
+    # From the heights alone: what is the mug's is high, what is around it is table.
+    assert np.nanquantile(heights[scene.instance_ids == mug.id], 0.95) == pytest.approx(
+        mug.size_m[2], abs=0.01
+    )
+    assert abs(np.nanmedian(heights[known & (scene.instance_ids == 0)])) < 0.001
+    assert mug.size_m[0] >= mug.size_m[1]
+    assert 0.3 < mug.depth_m < 1 and not mug.leaves_table and not mug.touches_border
+    flat = gc.segment_scene(left, right, camera, cues="disparity")
+    assert flat.heights_m is None and flat.table is None
+    # The table that was found, given back as what is known of the rig.
+    for table in (scene.table, (*scene.table.normal, scene.table.offset_m)):
+        again = gc.segment_scene(left, right, camera, table=table)
+        np.testing.assert_allclose(again.objects[0].size_m, mug.size_m, atol=1e-3)
+    x, y, width, height = mug.bounding_box_px
+    inside = gc.segment_objects(left, right, camera, roi_px=(x - 9, y - 9, width + 18, height + 18))
+    assert (inside > 0).any() and set(np.unique(inside)) == {0, 1}
+    assert gc.segment_scene(left, right, camera, gravity=-scene.table.normal).table is not None
+
+
+def test_the_picture_of_a_segmentation(pair, camera):
+    picture = gc.draw_segmentation(*pair, camera, panel_px=320)
+    assert picture.dtype == np.uint8 and picture.ndim == 3
+    assert 4 * 320 < picture.shape[1] < 4.4 * 320
+    # RGB: the first panel holds the left view, where nothing is drawn on it.
+    corner = pair[0][:8, :8]
+    rows = [v for v in range(60) if (picture[v : v + 8, 7:15] == corner).all()]
+    assert len(rows) == 1
+    with pytest.raises(gc.InvalidInput, match="panel_px"):
+        gc.draw_segmentation(*pair, camera, panel_px=1)
+
+
 def test_threads_do_not_matter(pair, camera, model, mask):
     ids = np.zeros_like(mask)
     for value, column in enumerate((70, 120, 170, 220), start=1):
@@ -229,11 +269,13 @@ def test_pictures(detection):
         detection.draw(max_grasps=-1)
 
 
-def test_plots(detection, pair, mask):
+def test_plots(detection, pair, mask, camera):
     matplotlib = pytest.importorskip("matplotlib", reason="plots need the extra 'plot' (matplotlib)")
     matplotlib.use("Agg")
     axes = gc.plot.plot_detection(detection, max_grasps=1)
     np.testing.assert_array_equal(axes.images[0].get_array(), detection.draw(max_grasps=1))
+    levels = gc.plot.plot_cue_levels(*pair, camera, max_objects=1)
+    assert [axes.get_title().split(":")[0] for axes in levels.axes] == ["disparity", "plane", "colour"]
     figure = gc.plot.plot_descriptor(pair[0], mask, samples=120)
     assert len(figure.axes) == 5
     assert figure.axes[1].get_title().startswith("120 contour samples")

@@ -144,6 +144,7 @@ def test_unknown_options_are_refused(pair, camera, model, mask, detection):
         "compute_disparity": lambda **o: gc.compute_disparity(*pair, **o),
         "segment_objects": lambda **o: gc.segment_objects(*pair, camera, **o),
         "segment_scene": lambda **o: gc.segment_scene(*pair, camera, **o),
+        "draw_segmentation": lambda **o: gc.draw_segmentation(*pair, camera, **o),
         "foveal_view": lambda **o: gc.foveal_view(pair[0], mask, **o),
         "sample_contour": lambda **o: gc.sample_contour(IMAGE, **o),
         "shape_contexts": lambda **o: gc.shape_contexts(POINTS, **o),
@@ -205,6 +206,20 @@ def test_other_kinds_of_options(pair, camera):
         gc.segment_objects(*pair, camera, fixation_px=(1, 2, 3))
     with pytest.raises(TypeError, match="fixation_px: expected a float, got str"):
         gc.segment_objects(*pair, camera, fixation_px=("a", "b"))
+    with pytest.raises(ValueError, match="roi_px: expected a box"):
+        gc.segment_objects(*pair, camera, roi_px=(1, 2, 3))
+    with pytest.raises(TypeError, match="roi_px: expected an int, got float"):
+        gc.segment_objects(*pair, camera, roi_px=(1.5, 2, 3, 4))
+    with pytest.raises(ValueError, match="roi_px must lie inside"):
+        gc.segment_objects(*pair, camera, roi_px=(300, 2, 30, 4))
+    with pytest.raises(ValueError, match="gravity: expected a vector"):
+        gc.segment_objects(*pair, camera, gravity=(0, 1))
+    with pytest.raises(ValueError, match="gravity must be finite"):
+        gc.segment_objects(*pair, camera, gravity=np.zeros(3))
+    with pytest.raises(TypeError, match="table: expected a TablePlane or"):
+        gc.segment_objects(*pair, camera, table="flat")
+    with pytest.raises(ValueError, match="table: the normal must have length 1"):
+        gc.segment_objects(*pair, camera, table=(0, -1, -1, 0.4))
 
 
 def test_numpy_numbers_are_numbers():
