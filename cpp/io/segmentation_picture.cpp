@@ -304,7 +304,8 @@ Panel hypotheses_panel(const Scene& scene) {
   return {canvas.picture,
           "hypotheses, the most salient is 1",
           "cue level " + level + (scene.options.fixation_px ? ", fixated at the cross" : "") +
-              (scene.options.roi_px ? ", in the box only" : "") + "; size: length x width x height",
+              (scene.options.roi_px ? ", in the box only" : "") +
+              (scene.shown.table ? "; size: length x width x height" : ""),
           {},
           {}};
 }
@@ -491,35 +492,33 @@ Panel level_panel(const Scene& scene, CueLevel level, const Segmentation* segmen
 cv::Mat numbers(const Scene& scene) {
   const Layout& layout = scene.layout;
   cv::Mat cell(layout.cell_px(), CV_8UC3, paper);
-  const int left = 0, chip = cvRound(layout.text_px);
+  const int chip = cvRound(layout.text_px), last_baseline = cell.rows - chip;
   int baseline = cvRound(1.5 * layout.text_px);
-  const int last_baseline = cell.rows - chip;
-  const auto line = [&](const std::string& text, const cv::Scalar* colour) {
-    if (colour) {
-      cv::rectangle(cell, cv::Rect(left, baseline - chip, chip, chip), *colour, cv::FILLED);
-      cv::rectangle(cell, cv::Rect(left, baseline - chip, chip, chip), ink, layout.stroke_px);
+  const auto add = [&](const std::string& text, int indent_px) {
+    for (const std::string& line : wrapped(text, cell.cols - indent_px, layout)) {
+      if (baseline <= last_baseline) write(cell, line, {indent_px, baseline}, layout);
+      baseline += layout.line_px();
     }
-    write(cell, text, {left + (colour ? 2 * chip : 0), baseline}, layout);
-    baseline += layout.line_px();
   };
   const std::vector<ObjectHypothesis>& objects = scene.shown.objects;
-  line(objects.empty() ? "no object" : "objects", nullptr);
+  add(objects.empty() ? "no object" : "objects", 0);
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    if (baseline + 3 * layout.line_px() > last_baseline) {
-      line("and " + std::to_string(objects.size() - i) + " more", nullptr);
+    if (baseline + 4 * layout.line_px() > last_baseline) {
+      add("and " + std::to_string(objects.size() - i) + " more", 0);
       break;
     }
+    const cv::Rect box(0, baseline - chip, chip, chip);
+    cv::rectangle(cell, box, segment_colour(i), cv::FILLED);
+    cv::rectangle(cell, box, ink, layout.stroke_px);
     std::string text = std::to_string(objects[i].id);
     if (objects[i].size_m) text += "  " + size_text(*objects[i].size_m);
     if (objects[i].depth_m) text += "  " + decimal_text(*objects[i].depth_m, 3) + " m away";
     for (const std::string& mark : marks_of(objects[i])) text += ", " + mark;
-    line(text, &segment_colour(i));
+    add(text, 2 * chip);
   }
   for (const std::string& warning : scene.shown.warnings) {
     baseline += layout.line_px() / 2;
-    for (const std::string& part : wrapped("warning: " + warning, cell.cols, layout)) {
-      if (baseline <= last_baseline) line(part, nullptr);
-    }
+    add("warning: " + warning, 0);
   }
   return cell;
 }

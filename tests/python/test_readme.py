@@ -1,4 +1,4 @@
-"""Every command and every example of the README runs, in the README's order."""
+"""Every command and every example of the README and of docs/segmentation.md runs, in their order."""
 
 import os
 import re
@@ -12,13 +12,17 @@ ROOT = Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"(<!-- test: skip.*-->\n)?^```(sh|python)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
-def readme_blocks():
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    for match in BLOCK.finditer(text):
-        skip, language, code = match.groups()
-        if not skip:
-            line = text.count("\n", 0, match.start()) + 1
-            yield pytest.param(language, code, id=f"line {line}: {code.splitlines()[0]}")
+DOCUMENTS = ("README.md", "docs/segmentation.md")
+
+
+def blocks():
+    for document in DOCUMENTS:
+        text = (ROOT / document).read_text(encoding="utf-8")
+        for match in BLOCK.finditer(text):
+            skip, language, code = match.groups()
+            if not skip:
+                line = text.count("\n", 0, match.start()) + 1
+                yield pytest.param(language, code, id=f"{document} {line}: {code.splitlines()[0]}")
 
 
 @pytest.fixture(scope="module")
@@ -42,8 +46,8 @@ def environment(cli_path, tmp_path_factory):
     return {**os.environ, "PATH": f"{folder}{os.pathsep}{os.environ['PATH']}"}
 
 
-@pytest.mark.parametrize(("language", "code"), list(readme_blocks()))
-def test_readme_block_runs(language, code, workplace, environment):
+@pytest.mark.parametrize(("language", "code"), list(blocks()))
+def test_block_runs(language, code, workplace, environment):
     command = ["bash", "-euc", code] if language == "sh" else [sys.executable, "-c", code]
     done = subprocess.run(
         command, cwd=workplace, env=environment, capture_output=True, text=True, timeout=600
@@ -51,8 +55,9 @@ def test_readme_block_runs(language, code, workplace, environment):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_readme_names_files_that_exist():
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    links = re.findall(r"\]\((?!https?:)([^)#]+)", text)
+@pytest.mark.parametrize("document", DOCUMENTS)
+def test_links_lead_to_files_that_exist(document):
+    folder = (ROOT / document).parent
+    links = re.findall(r"\]\((?!https?:)([^)#]+)", (ROOT / document).read_text(encoding="utf-8"))
     assert links
-    assert [link for link in links if not (ROOT / link).exists()] == []
+    assert [link for link in links if not (folder / link).exists()] == []
