@@ -20,6 +20,7 @@
 #include "detail/relief.hpp"
 #include "detail/scene_checks.hpp"
 #include "detail/segment_disparity.hpp"
+#include "detail/table_evidence.hpp"
 #include "detail/table_hypotheses.hpp"
 
 namespace graspctx {
@@ -227,6 +228,10 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
   }
   cv::Mat all_seeds = cv::Mat::zeros(size, CV_8UC1);
   for (const Hypothesis& hypothesis : hypotheses) all_seeds |= hypothesis.seeds;
+  cv::Mat table_odds;
+  if (result.table && options.cues == CueLevel::colour) {
+    table_odds = detail::odds_of_table(relief, *result.table, all_seeds);
+  }
   for (const Hypothesis& hypothesis : hypotheses) {
     cv::Mat mask = hypothesis.figure.clone();
     if (mask.empty()) {
@@ -234,9 +239,9 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
         const cv::Mat ground =
             result.table ? table : ground_off_zero_disparity(hypothesis, disparity.dense, camera);
         mask = detail::figure_by_colour(hypothesis, pair.left, ground,
-                                        (all_seeds & ~hypothesis.seeds) | out_of_box);
+                                        (all_seeds & ~hypothesis.seeds) | out_of_box, table_odds);
       } else if (options.cues == CueLevel::plane && result.table) {
-        mask = detail::figure_off_plane(hypothesis);
+        mask = detail::figure_off_plane(hypothesis, table, all_seeds & ~hypothesis.seeds);
       } else {
         mask = detail::figure_at_zero_disparity(hypothesis, disparity.dense, camera);
       }

@@ -55,14 +55,25 @@ cv::Mat figure_at_zero_disparity(const Hypothesis& hypothesis, const cv::Mat& di
   return parts_with_seeds(markers == figure, hypothesis.seeds);
 }
 
-cv::Mat figure_off_plane(const Hypothesis& hypothesis) {
+cv::Mat figure_off_plane(const Hypothesis& hypothesis, const cv::Mat& known_ground, const cv::Mat& others) {
   cv::Mat mask;
   cv::morphologyEx(hypothesis.seeds, mask, cv::MORPH_CLOSE, cv::Mat::ones(3, 3, CV_8U));
+  const cv::Rect box = cv::boundingRect(hypothesis.seeds);
+  const cv::Mat seeds = hypothesis.seeds(box);
+  const cv::Mat ground = (known_ground(box) | others(box)) & ~seeds;
+  cv::Mat inside = convex_hull(seeds) & ~ground;
+  if (cv::countNonZero(ground) > 0) {
+    cv::Mat to_seeds, to_ground;
+    cv::distanceTransform(~seeds, to_seeds, cv::DIST_L2, cv::DIST_MASK_5);
+    cv::distanceTransform(~ground, to_ground, cv::DIST_L2, cv::DIST_MASK_5);
+    inside &= to_seeds < to_ground;
+  }
+  mask(box) |= inside;
   return parts_with_seeds(mask, hypothesis.seeds);
 }
 
 cv::Mat figure_by_colour(const Hypothesis& hypothesis, const cv::Mat& image, const cv::Mat& known_ground,
-                         const cv::Mat& others) {
+                         const cv::Mat& others, const cv::Mat& table_odds) {
   const cv::Rect box = cv::boundingRect(hypothesis.seeds);
   const int margin = std::max(12, static_cast<int>(0.2 * std::max(box.width, box.height)));
   const cv::Rect region =
@@ -88,7 +99,9 @@ cv::Mat figure_by_colour(const Hypothesis& hypothesis, const cv::Mat& image, con
   evidence.log_odds.setTo(-1, ground);
   evidence.log_odds.setTo(1, seeds);
   evidence.log_odds.setTo(-2, sure_ground);
-  evidence.log_odds.setTo(4, sure_figure);
+  // Not more: matching smooths over the gap of a handle, where only the colour shows the table.
+  evidence.log_odds.setTo(2, sure_figure);
+  if (!table_odds.empty()) evidence.log_odds += table_odds(region);
   evidence.log_odds.setTo(-20, (others(region) | sides(region)) & ~seeds);
 
   cv::Mat mask = cv::Mat::zeros(image.size(), CV_8UC1);

@@ -14,12 +14,14 @@ namespace graspctx::detail {
 cv::Mat figure_at_zero_disparity(const Hypothesis& hypothesis, const cv::Mat& disparity,
                                  const StereoCamera& camera);
 
-/// III-A, Fig. 2b: what does not belong to the plane.
-cv::Mat figure_off_plane(const Hypothesis& hypothesis);
+/// III-A, Fig. 2b: what does not belong to the plane. Where nothing is known inside the hypothesis' hull,
+/// what is nearer to the hypothesis than to known ground or another hypothesis is its own.
+cv::Mat figure_off_plane(const Hypothesis& hypothesis, const cv::Mat& known_ground, const cv::Mat& others);
 
 /// III-A, Fig. 2c: depth and colour together, in a region around the hypothesis. known_ground: pixels that
-/// lie on the table, or far from the object's depth; others: pixels of other hypotheses.
+/// lie on the table, or far from the object's depth; others: pixels of other hypotheses; table_odds: see
+/// odds_of_table, empty without a table.
 cv::Mat figure_by_colour(const Hypothesis& hypothesis, const cv::Mat& image, const cv::Mat& known_ground,
-                         const cv::Mat& others);
+                         const cv::Mat& others, const cv::Mat& table_odds);
 
 }  // namespace graspctx::detail

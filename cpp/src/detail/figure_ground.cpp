@@ -14,31 +14,28 @@ constexpr int hue_bins = 12, saturation_bins = 12, grey_bins = 12;
 constexpr int colour_bins = hue_bins * saturation_bins + grey_bins;
 using Histogram = std::array<float, colour_bins>;
 
-/// The colour bin of each pixel, CV_16UC1: hue and saturation, or grey where there is hardly any colour.
-cv::Mat colour_indices(const cv::Mat& image) {
-  cv::Mat indices(image.size(), CV_16UC1);
-  cv::Mat smooth;
-  cv::GaussianBlur(image, smooth, {3, 3}, 0);
-  if (image.channels() == 1) {
-    for (int v = 0; v < image.rows; ++v) {
-      for (int u = 0; u < image.cols; ++u) {
-        indices.at<ushort>(v, u) =
-            static_cast<ushort>(hue_bins * saturation_bins + smooth.at<uchar>(v, u) * grey_bins / 256);
-      }
-    }
-    return indices;
-  }
-  cv::Mat hsv;
-  cv::cvtColor(smooth, hsv, cv::COLOR_BGR2HSV_FULL);
+/// The bin of a colour: hue and saturation, or grey where there is hardly any colour.
+int colour_bin(int hue, int saturation, int value) {
   constexpr int least_chroma = 20;  // saturation · value: below, hue is noise
-  for (int v = 0; v < image.rows; ++v) {
-    for (int u = 0; u < image.cols; ++u) {
-      const auto& pixel = hsv.at<cv::Vec3b>(v, u);
-      const int chroma = pixel[1] * pixel[2] / 255;
-      const int index = chroma < least_chroma ? hue_bins * saturation_bins + pixel[2] * grey_bins / 256
-                                              : (pixel[0] * hue_bins / 256) * saturation_bins +
-                                                    pixel[1] * saturation_bins / 256;
-      indices.at<ushort>(v, u) = static_cast<ushort>(index);
+  if (saturation * value / 255 < least_chroma) return hue_bins * saturation_bins + value * grey_bins / 256;
+  return (hue * hue_bins / 256) * saturation_bins + saturation * saturation_bins / 256;
+}
+
+/// Hue, saturation and value, a little smoothed, CV_8UC3. Grey images have hue and saturation 0.
+cv::Mat smooth_colours(const cv::Mat& image) {
+  cv::Mat smooth, colours;
+  cv::GaussianBlur(image, smooth, {3, 3}, 0);
+  if (image.channels() == 1) cv::cvtColor(smooth, smooth, cv::COLOR_GRAY2BGR);
+  cv::cvtColor(smooth, colours, cv::COLOR_BGR2HSV_FULL);
+  return colours;
+}
+
+cv::Mat colour_indices(const cv::Mat& colours) {
+  cv::Mat indices(colours.size(), CV_16UC1);
+  for (int v = 0; v < colours.rows; ++v) {
+    for (int u = 0; u < colours.cols; ++u) {
+      const auto& pixel = colours.at<cv::Vec3b>(v, u);
+      indices.at<ushort>(v, u) = static_cast<ushort>(colour_bin(pixel[0], pixel[1], pixel[2]));
     }
   }
   return indices;
@@ -59,6 +56,59 @@ Histogram histogram(const cv::Mat& indices, const cv::Mat& mask) {
   return bins;
 }
 
+/// A tenth of the ground may lie in the object's shadow: the same colours, darker.
+void add_shadow(const cv::Mat& colours, const cv::Mat& ground, Histogram& bins) {
+  constexpr float share = 0.1F;
+  constexpr std::array<float, 4> brightness{0.3F, 0.45F, 0.6F, 0.75F};
+  Histogram shadow;
+  shadow.fill(0.0F);
+  float sum = 0;
+  for (int v = 0; v < colours.rows; v += 2) {
+    for (int u = 0; u < colours.cols; u += 2) {
+      if (!ground.at<uchar>(v, u)) continue;
+      const auto& pixel = colours.at<cv::Vec3b>(v, u);
+      for (const float part : brightness) {
+        const auto bin = colour_bin(pixel[0], pixel[1], static_cast<int>(part * pixel[2]));
+        ++shadow[static_cast<std::size_t>(bin)];
+        ++sum;
+      }
+    }
+  }
+  if (sum == 0) return;
+  for (std::size_t i = 0; i < bins.size(); ++i) bins[i] = (1 - share) * bins[i] + share * shadow[i] / sum;
+}
+
+/// log of P(figure) / P(ground) by colour, CV_32FC1.
+cv::Mat colour_odds(const cv::Mat& indices, const Histogram& figure, const Histogram& ground) {
+  constexpr float surest = 5;
+  Histogram odds_of;
+  for (std::size_t i = 0; i < odds_of.size(); ++i) {
+    odds_of[i] = std::clamp(std::log(figure[i] / ground[i]), -surest, surest);
+  }
+  cv::Mat odds(indices.size(), CV_32FC1);
+  for (int v = 0; v < odds.rows; ++v) {
+    for (int u = 0; u < odds.cols; ++u) odds.at<float>(v, u) = odds_of[indices.at<ushort>(v, u)];
+  }
+  return odds;
+}
+
+/// What the seeds of the figure and of the ground say of every pixel's colour.
+cv::Mat colour_odds(const FigureEvidence& evidence) {
+  const cv::Mat colours = smooth_colours(evidence.image), indices = colour_indices(colours);
+  Histogram ground = histogram(indices, evidence.ground_seeds);
+  add_shadow(colours, evidence.ground_seeds, ground);
+  const Histogram figure = histogram(indices, evidence.figure_seeds);
+  cv::Mat odds = colour_odds(indices, figure, ground);
+
+  // Seeds cover the table that shows through a handle: learn again without what looks like the table, unless
+  // that is much of the object.
+  cv::Mat around;
+  cv::boxFilter(odds, around, CV_32F, {3, 3});
+  const cv::Mat own = evidence.figure_seeds & (around > -1);
+  if (cv::countNonZero(own) < 0.7 * cv::countNonZero(evidence.figure_seeds)) return odds;
+  return colour_odds(indices, histogram(indices, own), ground);
+}
+
 double squared_difference(const cv::Mat& image, const cv::Point& a, const cv::Point& b) {
   if (image.channels() == 1) {
     const double d = double(image.at<uchar>(a)) - image.at<uchar>(b);
@@ -73,9 +123,7 @@ double squared_difference(const cv::Mat& image, const cv::Point& a, const cv::Po
 cv::Mat cut_figure(const FigureEvidence& evidence) {
   const cv::Mat& image = evidence.image;
   const int width = image.cols, height = image.rows;
-  const cv::Mat indices = colour_indices(image);
-  const Histogram figure = histogram(indices, evidence.figure_seeds);
-  const Histogram ground = histogram(indices, evidence.ground_seeds);
+  const cv::Mat odds = evidence.log_odds + colour_odds(evidence);
 
   const std::array<cv::Point, 4> neighbours{{{1, 0}, {0, 1}, {1, 1}, {-1, 1}}};
   const cv::Rect inside(0, 0, width, height);
@@ -88,19 +136,14 @@ cv::Mat cut_figure(const FigureEvidence& evidence) {
   }
   const double contrast = 1 / (2 * std::max(sum / std::max(pairs, 1.0), 1.0));
 
-  constexpr double colour_weight = 0.7;  // neighbouring pixels' colours are not independent
-  constexpr double largest_colour_odds = 3;
   constexpr double smoothness = 6;
   cv::detail::GCGraph<double> graph(static_cast<unsigned>(width * height),
                                     static_cast<unsigned>(4 * width * height));
   for (int v = 0; v < height; ++v) {
     for (int u = 0; u < width; ++u) {
       const int vertex = graph.addVtx();
-      const auto index = indices.at<ushort>(v, u);
-      const double colour = std::clamp(colour_weight * std::log(figure[index] / ground[index]),
-                                       -largest_colour_odds, largest_colour_odds);
-      const double odds = evidence.log_odds.at<float>(v, u) + colour;
-      graph.addTermWeights(vertex, std::max(odds, 0.0), std::max(-odds, 0.0));
+      const double here = odds.at<float>(v, u);
+      graph.addTermWeights(vertex, std::max(here, 0.0), std::max(-here, 0.0));
     }
   }
   for (int v = 0; v < height; ++v) {
