@@ -24,6 +24,7 @@ cv::Mat pixels_on_plane(const Relief& relief, double within_px) {
       off_plane.at<float>(v, u) = std::abs(residual[u]) >= within_px ? 1.0F : 0.0F;
     }
   }
+  const cv::Mat itself = on_plane > 0;
   const cv::Size window(21, 21);
   cv::boxFilter(on_plane, on_plane, CV_32F, window);
   cv::boxFilter(off_plane, off_plane, CV_32F, window);
@@ -34,7 +35,7 @@ cv::Mat pixels_on_plane(const Relief& relief, double within_px) {
   for (int label = 1; label < count; ++label) {
     largest = std::max(largest, stats.at<int>(label, cv::CC_STAT_AREA));
   }
-  return parts_holding(on_plane, on_plane, largest / 10);
+  return parts_holding(on_plane, on_plane, largest / 10) & itself;
 }
 
 }  // namespace

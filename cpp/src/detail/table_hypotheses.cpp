@@ -8,11 +8,13 @@
 #include "detail/masks.hpp"
 #include "detail/plane_geometry.hpp"
 #include "detail/quantile.hpp"
-#include "detail/texture.hpp"
+#include "detail/raised_objects.hpp"
 
 namespace graspctx::detail {
 
 namespace {
+
+constexpr float on_table_px = 0.3F;  // of residual
 
 /// Pixels above the plane by more than their error. Hysteresis: what surely stands out, in pieces large
 /// enough not to be noise, and what is connected to it and probably does.
@@ -34,27 +36,67 @@ cv::Mat pixels_off_plane(const Relief& relief) {
   return parts_holding(probably, parts_holding(surely, surely, least_area_px), least_area_px);
 }
 
-/// How much better their own disparity explains the pixels than the table's: ratio of grey differences.
-double explained_by_itself(const cv::Mat& left, const cv::Mat& right, const Relief& relief,
-                           const TablePlane& plane, const std::vector<cv::Point>& pixels, double noise) {
-  double as_table = 0, as_itself = 0;
+/// How surely their own disparity explains the pixels better than the table's: gain in squared difference
+/// between the views, in units of its noise, times the root of the number of pixels. A low object gains
+/// little at each pixel, a wrong match at few.
+double evidence_for_relief(const Relief& relief, const TablePlane& plane,
+                           const std::vector<cv::Point>& pixels) {
+  const int channels = relief.left.channels();
+  const auto difference = [&](const cv::Point& p, double disparity) {
+    const double u = std::clamp(p.x - disparity, 0.0, relief.right.cols - 1.001);
+    const int whole = static_cast<int>(u);
+    const auto part = static_cast<float>(u - whole);
+    const float* here = relief.left.ptr<float>(p.y) + p.x * channels;
+    const float* there = relief.right.ptr<float>(p.y) + whole * channels;
+    double sum = 0;
+    for (int c = 0; c < channels; ++c) {
+      const float d = here[c] - (there[c] + part * (there[c + channels] - there[c]));
+      sum += d * d;
+    }
+    return sum;
+  };
+  double gain = 0;
   for (const cv::Point& p : pixels) {
-    const double r = relief.residual_px.at<float>(p);
-    if (std::isnan(r)) continue;
-    const auto here = static_cast<double>(left.at<uchar>(p));
-    const auto difference = [&](double disparity) {
-      const double u = std::clamp(p.x - disparity, 0.0, right.cols - 1.001);
-      const int whole = static_cast<int>(u);
-      const auto* row = right.ptr<uchar>(p.y);
-      return std::abs(here - (row[whole] + (u - whole) * (row[whole + 1] - row[whole])));
-    };
     const double on_plane = plane_disparity(plane, p.x, p.y);
-    as_table += difference(on_plane);
-    as_itself += difference(on_plane + r);
+    gain += difference(p, on_plane) - difference(p, on_plane + relief.residual_px.at<float>(p));
   }
-  const double floor = noise * static_cast<double>(pixels.size());
-  return as_table / std::max(as_itself, floor);
+  const double noise = 2 * relief.noise * relief.noise * channels;
+  return gain / noise / std::sqrt(static_cast<double>(pixels.size()));
 }
+
+/// What lies within a convex hull on the table, or beyond it by no more than a margin.
+class HullMask {
+ public:
+  HullMask(const std::vector<cv::Point2f>& hull, double margin_m) {
+    cv::Point2f low = hull.front(), high = low;
+    for (const cv::Point2f& corner : hull) {
+      low = {std::min(low.x, corner.x), std::min(low.y, corner.y)};
+      high = {std::max(high.x, corner.x), std::max(high.y, corner.y)};
+    }
+    constexpr float largest_m = 4;  // a sliver of far table must not blow up the grid
+    const auto margin = static_cast<float>(margin_m);
+    low_ = low - cv::Point2f(margin, margin);
+    mask_ = cv::Mat::zeros(static_cast<int>((std::min(high.y - low.y, largest_m) + 2 * margin) / cell_m_) + 1,
+                           static_cast<int>((std::min(high.x - low.x, largest_m) + 2 * margin) / cell_m_) + 1,
+                           CV_8UC1);
+    std::vector<cv::Point> corners;
+    for (const cv::Point2f& corner : hull) corners.push_back(cell_of(corner));
+    cv::fillConvexPoly(mask_, corners, 255);
+    mask_ = grown(mask_, static_cast<int>(margin / cell_m_));
+  }
+  bool holds(const cv::Point2f& at) const {
+    const cv::Point cell = cell_of(at);
+    return cv::Rect({0, 0}, mask_.size()).contains(cell) && mask_.at<uchar>(cell);
+  }
+
+ private:
+  cv::Point cell_of(const cv::Point2f& at) const {
+    return {cvFloor((at.x - low_.x) / cell_m_), cvFloor((at.y - low_.y) / cell_m_)};
+  }
+  float cell_m_ = 0.01F;
+  cv::Point2f low_;
+  cv::Mat mask_;
+};
 
 }  // namespace
 
@@ -64,79 +106,69 @@ std::vector<Hypothesis> hypotheses_on_table(const RectifiedPair& pair, const Rel
   const std::vector<cv::Point2f>& hull = frame.hull;
   if (hull.size() < 3) return {};
 
-  // Pixels that stand out, on the table's axes.
-  constexpr double least_height_m = 0.003;
+  // Pixels that stand out of the table, right over it.
+  constexpr double least_height_m = 0.003, margin_m = 0.05;
+  const HullMask near_table(hull, margin_m);
+  cv::Mat raised = pixels_off_plane(relief), ground(raised.size(), CV_8UC1);
   struct Raised {
     cv::Point pixel;
-    float height_m;
-    cv::Point cell;
+    float height_m, disparity_px;
+    cv::Point2f on_table_m;
   };
-  std::vector<Raised> raised;
-  const auto cell = static_cast<float>(options.cell_m);
-  cv::Point2f low(std::numeric_limits<float>::max(), std::numeric_limits<float>::max()), high = -low;
-  for (const cv::Point2f& corner : hull) {
-    low = {std::min(low.x, corner.x), std::min(low.y, corner.y)};
-    high = {std::max(high.x, corner.x), std::max(high.y, corner.y)};
-  }
-  const float margin = 0.1F;
-  low -= {margin, margin};
-  high += {margin, margin};
-  constexpr float largest_m = 4;  // a sliver of far table must not blow up the grid
-  high = {std::min(high.x, low.x + largest_m), std::min(high.y, low.y + largest_m)};
-  cv::Mat counts = cv::Mat::zeros(static_cast<int>((high.y - low.y) / cell) + 1,
-                                  static_cast<int>((high.x - low.x) / cell) + 1, CV_32S);
-  const cv::Mat off_plane = pixels_off_plane(relief);
-  for (int v = 0; v < relief.residual_px.rows; ++v) {
-    const auto* row = relief.residual_px.ptr<float>(v);
-    for (int u = 0; u < relief.residual_px.cols; ++u) {
-      if (!off_plane.at<uchar>(v, u)) continue;
-      const double d = plane_disparity(plane, u, v) + row[u];
-      if (d + camera.doffs_px <= 0) continue;
-      const double height = height_m(plane, camera, u, v, d);
-      if (height < least_height_m) continue;
+  std::vector<Raised> points;
+  cv::Mat points_m(raised.size(), CV_32FC3);
+  for (int v = 0; v < raised.rows; ++v) {
+    const auto* residual = relief.residual_px.ptr<float>(v);
+    for (int u = 0; u < raised.cols; ++u) {
+      ground.at<uchar>(v, u) = residual[u] < on_table_px ? 255 : 0;
+      if (!raised.at<uchar>(v, u)) continue;
+      const double d = plane_disparity(plane, u, v) + residual[u];
+      const double height = d + camera.doffs_px > 0 ? height_m(plane, camera, u, v, d) : 0;
       const cv::Point2f at = frame.of(camera.triangulate({double(u), double(v)}, d));
-      if (at.x < low.x || at.y < low.y || at.x > high.x || at.y > high.y) continue;
-      const cv::Point in_grid(static_cast<int>((at.x - low.x) / cell),
-                              static_cast<int>((at.y - low.y) / cell));
-      ++counts.at<int>(in_grid);
-      raised.push_back({{u, v}, static_cast<float>(height), in_grid});
+      if (height < least_height_m || !near_table.holds(at)) {
+        raised.at<uchar>(v, u) = 0;
+      } else {
+        points_m.at<cv::Point3f>(v, u) = {at.x, at.y, static_cast<float>(height)};
+        points.push_back({{u, v}, static_cast<float>(height), static_cast<float>(d), at});
+      }
     }
   }
-  cv::Mat occupied = counts >= 2;
-  cv::morphologyEx(occupied, occupied, cv::MORPH_CLOSE, cv::Mat::ones(3, 3, CV_8U));
-  cv::Mat labels;
-  const int count = cv::connectedComponents(occupied, labels, 8, CV_32S);
-
-  std::vector<std::vector<Raised>> groups(static_cast<std::size_t>(count));
-  for (const Raised& s : raised) groups[static_cast<std::size_t>(labels.at<int>(s.cell))].push_back(s);
-  const cv::Mat left = grey(pair.left), right = grey(pair.right);
-  const double noise = noise_sigma(left);
+  int count = 0;
+  const cv::Mat labels =
+      raised_objects(pair.left, raised, shrunk(ground, 1), relief.residual_px, points_m, options, count);
+  std::vector<std::vector<Raised>> groups(static_cast<std::size_t>(count) + 1);
+  for (const Raised& point : points) {
+    groups[static_cast<std::size_t>(labels.at<int>(point.pixel))].push_back(point);
+  }
   std::vector<Hypothesis> found;
-  for (int label = 1; label < count; ++label) {
+  constexpr std::size_t least_px = 40;
+  constexpr double least_over_table = 0.5, least_evidence = 40;
+  for (int label = 1; label <= count; ++label) {
     const auto& group = groups[static_cast<std::size_t>(label)];
-    if (group.size() < 30) continue;
+    if (group.size() < least_px) continue;
     std::vector<float> heights;
-    std::vector<cv::Point2f> cells;
+    std::vector<cv::Point2f> on_table;
     std::vector<cv::Point> pixels;
     Hypothesis hypothesis;
-    hypothesis.seeds = cv::Mat::zeros(left.size(), CV_8UC1);
+    hypothesis.seeds = cv::Mat::zeros(raised.size(), CV_8UC1);
     std::vector<float> disparities;
     for (const Raised& s : group) {
       heights.push_back(s.height_m);
-      cells.emplace_back(s.cell);
+      on_table.push_back(s.on_table_m);
       pixels.push_back(s.pixel);
       hypothesis.seeds.at<uchar>(s.pixel) = 255;
-      disparities.push_back(relief.residual_px.at<float>(s.pixel) +
-                            static_cast<float>(plane_disparity(plane, s.pixel.x, s.pixel.y)));
+      disparities.push_back(s.disparity_px);
     }
     const double top_m = quantile(heights, 0.95);
     if (top_m < options.min_height_m || top_m > options.max_height_m) continue;
-    const cv::RotatedRect footprint = cv::minAreaRect(cells);
-    const double longest_m = (std::max(footprint.size.width, footprint.size.height) + 1) * options.cell_m;
+    const cv::RotatedRect footprint = cv::minAreaRect(on_table);
+    const double longest_m = std::max(footprint.size.width, footprint.size.height);
     if (std::max(longest_m, top_m) < options.min_extent_m || longest_m > options.max_extent_m) continue;
-    const cv::Point2f foot(low.x + footprint.center.x * cell, low.y + footprint.center.y * cell);
-    if (cv::pointPolygonTest(hull, foot, false) < 0) continue;
-    if (explained_by_itself(left, right, relief, plane, pixels, noise) < 1.2) continue;
+    const auto over_table = std::count_if(on_table.begin(), on_table.end(), [&](const cv::Point2f& at) {
+      return cv::pointPolygonTest(hull, at, false) >= 0;
+    });
+    if (over_table < least_over_table * static_cast<double>(on_table.size())) continue;
+    if (evidence_for_relief(relief, plane, pixels) < least_evidence) continue;
     hypothesis.disparity_px = quantile(disparities, 0.5);
     hypothesis.saliency = saliency_of(static_cast<double>(group.size()), hypothesis.disparity_px, camera);
     found.push_back(std::move(hypothesis));
