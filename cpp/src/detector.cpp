@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "detail/check.hpp"
+#include "detail/pair_checks.hpp"
 #include "detail/segment_disparity.hpp"
 
 namespace graspctx {
@@ -222,9 +223,20 @@ Detection detect_grasps(const cv::Mat& left, const cv::Mat& right, const StereoC
     detection.segmentation = segmentation_from_mask(mask, detection.image_size);
     detection.segmentation.table =
         fit_table_plane(detection.pair, detection.disparity, camera, options.segmentation);
+    // The caller knows that there are objects; what the views are worth is said all the same.
+    const detail::PairChecks checks =
+        detail::check_pair(detection.pair, detection.disparity, options.segmentation.min_reliable_share);
+    detection.segmentation.vertical_offset_px = checks.vertical_offset_px;
+    detection.segmentation.warnings = checks.warnings;
+    if (checks.refusal) detection.segmentation.warnings.push_back(*checks.refusal);
   }
   detection.warnings = detection.segmentation.warnings;
   clock.stage_done("segmentation");
+
+  // III: the peripheral view at half resolution, the foveal ones at full resolution
+  detection.disparity = refine_disparity(detection.pair, detection.disparity,
+                                         detection.segmentation.instance_ids, options.disparity);
+  clock.stage_done("refined_disparity");
 
   // III-B to III-D: each hypothesis on its own
   detect_on_each_object(detection, camera, model, options);

@@ -185,8 +185,11 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
 
   Segmentation result;
   result.instance_ids = cv::Mat::zeros(size, CV_8UC1);
-  if (const auto reason = detail::why_no_stereo_pair(pair, disparity, options.min_reliable_share)) {
-    result.warnings.push_back(*reason);
+  const detail::PairChecks checks = detail::check_pair(pair, disparity, options.min_reliable_share);
+  result.warnings = checks.warnings;
+  result.vertical_offset_px = checks.vertical_offset_px;
+  if (checks.refusal) {
+    result.warnings.push_back(*checks.refusal);
     return result;
   }
 

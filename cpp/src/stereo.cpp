@@ -2,12 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <map>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
+#include <vector>
 
 #include "detail/check.hpp"
+#include "detail/quantile.hpp"
+#include "detail/scene_checks.hpp"
 #include "detail/sgbm.hpp"
 #include "detail/texture.hpp"
 #include "graspctx/error.hpp"
@@ -55,6 +60,21 @@ cv::Mat rectify_view(const cv::Mat& image, const RawView& view, const Eigen::Mat
   return result;
 }
 
+detail::MatcherSettings matcher_settings(const DisparityOptions& options, int min_disparity_px,
+                                         int disparities) {
+  detail::MatcherSettings settings;
+  settings.min_disparity_px = min_disparity_px;
+  settings.disparities = disparities;
+  settings.block_px = options.block_px;
+  // A low cap cuts off what a fraction of a pixel is told from.
+  settings.gradient_cap = 63;
+  settings.small_step = 4;
+  settings.large_step = 24;
+  settings.uniqueness_percent = options.uniqueness_percent;
+  settings.speckle_px = options.speckle_px;
+  return settings;
+}
+
 /// Brings a disparity map to another image size. Interpolates within a surface, never across a depth step.
 cv::Mat enlarge(const cv::Mat& small, const cv::Size& size) {
   const double scale_u = static_cast<double>(size.width) / small.cols;
@@ -81,6 +101,50 @@ cv::Mat enlarge(const cv::Mat& small, const cv::Size& size) {
     }
   }
   return large;
+}
+
+std::map<int, cv::Rect> boxes_of_instances(const cv::Mat& instance_ids) {
+  std::map<int, cv::Rect> boxes;
+  for (int v = 0; v < instance_ids.rows; ++v) {
+    for (int u = 0; u < instance_ids.cols; ++u) {
+      if (const int id = instance_ids.at<uchar>(v, u)) boxes[id] |= cv::Rect(u, v, 1, 1);
+    }
+  }
+  return boxes;
+}
+
+/// Matches the surroundings of an object at full resolution, within the disparities that are found there.
+void refine_region(const RectifiedPair& pair, const Disparity& coarse, const cv::Mat& instance_ids, int id,
+                   const cv::Rect& box, const DisparityOptions& options, Disparity& refined) {
+  constexpr int margin_px = 12, beyond_px = 4, most_range_px = 256;
+  constexpr float agreeing_px = 2;  // a pixel of the coarse map
+  const cv::Rect region =
+      cv::Rect(box.x - margin_px, box.y - margin_px, box.width + 2 * margin_px, box.height + 2 * margin_px) &
+      cv::Rect({0, 0}, pair.left.size());
+  std::vector<float> known;
+  for (int v = region.y; v < region.br().y; ++v) {
+    const auto* row = coarse.dense.ptr<float>(v);
+    std::copy_if(row + region.x, row + region.br().x, std::back_inserter(known),
+                 [](float px) { return !std::isnan(px); });
+  }
+  if (known.empty()) return;
+  const int lowest = static_cast<int>(std::floor(detail::quantile(known, 0.02))) - beyond_px;
+  const int highest = static_cast<int>(std::ceil(detail::quantile(known, 0.98))) + beyond_px;
+  const int range = std::min((highest - lowest + 16) / 16 * 16, most_range_px);
+  const cv::Mat fine = detail::match_semi_global(pair.left(region), pair.right(region),
+                                                 matcher_settings(options, highest + 1 - range, range));
+  for (int v = 0; v < region.height; ++v) {
+    for (int u = 0; u < region.width; ++u) {
+      const cv::Point at(region.x + u, region.y + v);
+      if (instance_ids.at<uchar>(at) != id) continue;
+      const float px = fine.at<float>(v, u);
+      const float before = coarse.dense.at<float>(at);
+      const bool contradicts = !std::isnan(before) && std::abs(px - before) > agreeing_px;
+      if (std::isnan(px) || contradicts) continue;
+      refined.dense.at<float>(at) = px;
+      if (!std::isnan(coarse.reliable.at<float>(at))) refined.reliable.at<float>(at) = px;
+    }
+  }
 }
 
 }  // namespace
@@ -134,8 +198,7 @@ Disparity compute_disparity(const RectifiedPair& pair, const DisparityOptions& o
   const int disparities =
       std::clamp(static_cast<int>(std::ceil(range_px * shrink / 16)) * 16, 16, most_disparities);
 
-  const detail::MatcherSettings settings{0, disparities, options.block_px, options.uniqueness_percent,
-                                         options.speckle_px};
+  const detail::MatcherSettings settings = matcher_settings(options, 0, disparities);
   const cv::Mat dense = detail::match_semi_global(left, right, settings);
   const cv::Mat right_dense = detail::match_semi_global_right(left, right, settings);
   cv::Mat reliable = detail::keep_consistent(dense, right_dense, options.left_right_px);
@@ -143,6 +206,20 @@ Disparity compute_disparity(const RectifiedPair& pair, const DisparityOptions& o
 
   if (left.size() == size) return {dense, reliable};
   return {enlarge(dense, size), enlarge(reliable, size)};
+}
+
+Disparity refine_disparity(const RectifiedPair& pair, const Disparity& disparity, const cv::Mat& instance_ids,
+                           const DisparityOptions& options) {
+  options.check();
+  require_pair(pair.left, pair.right);
+  detail::require_scene(pair, disparity);
+  detail::require_mask(instance_ids, pair.left.size(), "instance mask");
+  Disparity refined{disparity.dense.clone(), disparity.reliable.clone()};
+  if (!options.half_resolution) return refined;
+  for (const auto& [id, box] : boxes_of_instances(instance_ids)) {
+    refine_region(pair, disparity, instance_ids, id, box, options, refined);
+  }
+  return refined;
 }
 
 }  // namespace graspctx

@@ -322,6 +322,12 @@ class Segmentation:
         """
 
     @property
+    def vertical_offset_px(self) -> float | None:
+        """
+        How much lower the scene lies in the right view than in the left one, about 0 in a rectified pair; None if it cannot be measured.
+        """
+
+    @property
     def warnings(self) -> list[str]: ...
 
 class FovealView:
@@ -1112,6 +1118,7 @@ def compute_disparity(
     right: numpy.typing.NDArray[numpy.uint8],
     *,
     reliable: bool = ...,
+    instance_ids: numpy.typing.NDArray[numpy.uint8] | numpy.typing.NDArray[numpy.bool_] | None = ...,
     max_disparity_px: int = ...,
     half_resolution: bool = ...,
     block_px: int = ...,
@@ -1125,6 +1132,7 @@ def compute_disparity(
 
     left, right: uint8 images of the same size, RGB (H, W, 3) or grey (H, W).
     reliable: keep only what is consistent from right to left, and textured.
+    instance_ids: uint8 or bool (H, W), match the pixels that are not 0 again at full resolution.
     max_disparity_px: 0 means a quarter of the width.
     Raises InvalidInput if the sizes differ or an option is out of range.
     """

@@ -103,6 +103,10 @@ above it.)");
       },
       "(H, W) float32 heights above the table, NaN where unknown; None without a table.");
   segmentation.def_readonly("objects", &Segmentation::objects, "The most salient first.");
+  segmentation.def_readonly(
+      "vertical_offset_px", &Segmentation::vertical_offset_px,
+      "How much lower the scene lies in the right view than in the left one, about 0 in "
+      "a rectified pair; None if it cannot be measured.");
   segmentation.def_readonly("warnings", &Segmentation::warnings);
 
   SegmentationOptions defaults;

@@ -28,22 +28,30 @@ void bind_stereo(py::module_& m) {
   DisparityOptions defaults;
   define(
       m, "compute_disparity",
-      signature("left: " + image_type + ", right: " + image_type + ", *, reliable: bool = False",
+      signature("left: " + image_type + ", right: " + image_type + ", *, reliable: bool = False, " +
+                    "instance_ids: " + mask_type + " | None = None",
                 keywords(defaults), float32_type),
       R"(Disparity (px) of the left view of a rectified pair: (H, W) float32, NaN where unknown (METHOD 1).
 
 left, right: uint8 images of the same size, RGB (H, W, 3) or grey (H, W).
 reliable: keep only what is consistent from right to left, and textured.
+instance_ids: uint8 or bool (H, W), match the pixels that are not 0 again at full resolution.
 max_disparity_px: 0 means a quarter of the width.
 Raises InvalidInput if the sizes differ or an option is out of range.)",
-      [](const py::object& left, const py::object& right, bool reliable, const py::kwargs& arguments) {
+      [](const py::object& left, const py::object& right, bool reliable, const py::object& instance_ids,
+         const py::kwargs& arguments) {
         DisparityOptions options;
         read_keywords("compute_disparity", arguments, keywords(options));
         const RectifiedPair pair{image_argument(left, "left"), image_argument(right, "right")};
-        Disparity disparity = without_gil([&] { return compute_disparity(pair, options); });
+        const cv::Mat instances = mask_argument(instance_ids, "instance_ids");
+        Disparity disparity = without_gil([&] {
+          const Disparity coarse = compute_disparity(pair, options);
+          return instances.empty() ? coarse : refine_disparity(pair, coarse, instances, options);
+        });
         return moved<float>(std::move(reliable ? disparity.reliable : disparity.dense));
       },
-      py::arg("left"), py::arg("right"), py::kw_only(), py::arg("reliable") = false);
+      py::arg("left"), py::arg("right"), py::kw_only(), py::arg("reliable") = false,
+      py::arg("instance_ids") = py::none());
 }
 
 }  // namespace graspctx::python

@@ -164,6 +164,23 @@ TEST(Detector, AnEmptyMaskHoldsNothing) {
   EXPECT_TRUE(detection.objects.empty());
 }
 
+TEST(Detector, DoubtsAPairThatIsNoneAlsoWhenTheCallerGivesTheMask) {
+  const Handled object = handled_block(0.3);
+  const RectifiedPair& pair = object.scene.pair;
+  EXPECT_TRUE(detect(object).warnings.empty());
+  ASSERT_TRUE(detect(object).segmentation.vertical_offset_px);
+  const Detection swapped =
+      detect_grasps(pair.right, pair.left, testing::test_camera(), block_model(), {}, object.mask);
+  ASSERT_FALSE(swapped.warnings.empty());
+  EXPECT_NE(swapped.warnings.back().find("not a rectified stereo pair"), std::string::npos);
+  cv::Mat lower;
+  cv::warpAffine(pair.right, lower, cv::Matx23d(1, 0, 0, 0, 1, 2), pair.right.size());
+  const Detection misaligned =
+      detect_grasps(pair.left, lower, testing::test_camera(), block_model(), {}, object.mask);
+  ASSERT_FALSE(misaligned.warnings.empty());
+  EXPECT_NE(misaligned.warnings.front().find("misaligned vertically by 2 px"), std::string::npos);
+}
+
 TEST(Detector, KeepsAtMostAsManyGraspsAsAsked) {
   DetectorOptions options;
   options.max_grasps = 1;

@@ -87,6 +87,63 @@ TEST(Stereo, DisparityOfACastSceneIsNearTheTruth) {
   EXPECT_LT(fine_reliable.median_px, reliable.median_px);
 }
 
+TEST(Stereo, ObjectsAreRefinedAtFullResolutionAndNothingElse) {
+  const CastScene scene = box_scene();
+  const cv::Rect box = cv::boundingRect(scene.instance_ids);
+  const Disparity coarse = compute_disparity(scene.pair);
+  const Disparity fine = refine_disparity(scene.pair, coarse, scene.instance_ids);
+  cv::Mat truth = scene.disparity.clone();
+  truth.setTo(std::numeric_limits<float>::quiet_NaN(), scene.instance_ids == 0);
+  for (const auto& [before, after] :
+       {std::pair(coarse.dense, fine.dense), {coarse.reliable, fine.reliable}}) {
+    const DisparityErrors old_errors = compare(before, truth, box), errors = compare(after, truth, box);
+    EXPECT_LT(errors.median_px, 0.7 * old_errors.median_px);
+    EXPECT_LE(errors.bad_share, old_errors.bad_share);
+    EXPECT_GE(errors.known_share, old_errors.known_share);
+    cv::Mat outside_before = before.clone(), outside_after = after.clone();
+    outside_before.setTo(0, scene.instance_ids);
+    outside_after.setTo(0, scene.instance_ids);
+    EXPECT_TRUE(same_bytes(outside_before, outside_after));
+  }
+}
+
+TEST(Stereo, AnObjectAtTheLeftBorderIsRefinedFromThePixelsBesideIt) {
+  // The table 100 px further left in both views: the right view's half of a match lies outside of the region.
+  const CastScene scene = box_scene();
+  const cv::Rect box = cv::boundingRect(scene.instance_ids);
+  const int shift_px = box.x - 80;
+  const auto moved = [&](const cv::Mat& image) {
+    cv::Mat result;
+    cv::copyMakeBorder(image(cv::Rect(shift_px, 0, image.cols - shift_px, image.rows)).clone(), result, 0, 0,
+                       0, shift_px, cv::BORDER_REPLICATE);
+    return result;
+  };
+  const RectifiedPair pair{moved(scene.pair.left), moved(scene.pair.right)};
+  const cv::Mat ids = moved(scene.instance_ids), truth = moved(scene.disparity);
+  const Disparity coarse = compute_disparity(pair);
+  const Disparity fine = refine_disparity(pair, coarse, ids);
+  const cv::Rect region = cv::boundingRect(ids);
+  EXPECT_GT(compare(fine.dense, truth, region).known_share, 0.9);
+  EXPECT_LT(compare(fine.dense, truth, region).median_px, compare(coarse.dense, truth, region).median_px);
+}
+
+TEST(Stereo, RefiningLeavesAloneWhatIsFineOrEmptyAndRefusesOtherSizes) {
+  const CastScene scene = box_scene();
+  DisparityOptions full;
+  full.half_resolution = false;
+  const Disparity fine = compute_disparity(scene.pair, full);
+  EXPECT_TRUE(same_bytes(refine_disparity(scene.pair, fine, scene.instance_ids, full).dense, fine.dense));
+  const cv::Mat nothing = cv::Mat::zeros(480, 640, CV_8UC1);
+  EXPECT_TRUE(same_bytes(refine_disparity(scene.pair, fine, nothing).dense, fine.dense));
+  Disparity unknown{fine.dense.clone(), fine.reliable.clone()};
+  unknown.dense.setTo(std::numeric_limits<float>::quiet_NaN());
+  EXPECT_TRUE(
+      same_bytes(refine_disparity(scene.pair, unknown, scene.instance_ids).reliable, unknown.reliable));
+  EXPECT_THROW(refine_disparity(scene.pair, fine, cv::Mat::zeros(48, 64, CV_8UC1)), InvalidInput);
+  EXPECT_THROW(refine_disparity(scene.pair, {fine.dense, {}}, nothing), InvalidInput);
+  EXPECT_THROW(refine_disparity({scene.pair.left, {}}, fine, nothing), InvalidInput);
+}
+
 TEST(Stereo, ColumnsWithinTheSearchRangeAreMatchedToo) {
   // 160 px are searched, the table's disparity is about 70: without padding the first 160 columns are empty.
   const CastScene scene = box_scene();

@@ -73,6 +73,9 @@ struct Segmentation {
   std::optional<TablePlane> table;
   cv::Mat heights_m;  // CV_32FC1: above the table, NaN where unknown; empty without a table
   std::vector<ObjectHypothesis> objects;
+  /// How much lower the scene lies in the right view than in the left one, in the middle of the image: about
+  /// 0 if the views are rectified well. Nothing if too little is seen alike in both views.
+  std::optional<double> vertical_offset_px;
   std::vector<std::string> warnings;
 };
 

@@ -21,7 +21,7 @@ struct GRASPCTX_EXPORT DisparityOptions {
   // quarter of the width.
   int max_disparity_px = 0;
   bool half_resolution = true;  // match at half size, and scale the disparities back
-  int block_px = 5;             // odd
+  int block_px = 3;             // odd
   double uniqueness_percent = 10;
   int speckle_px = 50;          // smaller components of like disparity are dropped
   double left_right_px = 1.0;   // reliable: largest difference between left and right disparity
@@ -37,5 +37,12 @@ struct Disparity {
 
 /// Semi-global matching of a rectified pair (OpenCV's SGBM). Throws InvalidInput for bad images or options.
 GRASPCTX_EXPORT Disparity compute_disparity(const RectifiedPair& pair, const DisparityOptions& options = {});
+
+/// Half resolution for the scene, full resolution where it matters: match the pixels of each object again, in
+/// the full-size images. What contradicts the coarse map by more than its pixel is not taken over. With
+/// options.half_resolution false there is nothing to refine. instance_ids: CV_8UC1 of the image's size, 0 =
+/// background. Throws InvalidInput for maps or masks of another size or type.
+GRASPCTX_EXPORT Disparity refine_disparity(const RectifiedPair& pair, const Disparity& disparity,
+                                           const cv::Mat& instance_ids, const DisparityOptions& options = {});
 
 }  // namespace graspctx

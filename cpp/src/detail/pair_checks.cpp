@@ -1,52 +1,95 @@
 #include "detail/pair_checks.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
+#include <utility>
 
+#include "detail/number_text.hpp"
+#include "detail/quantile.hpp"
 #include "detail/texture.hpp"
+#include "detail/vertical_offset.hpp"
 
 namespace graspctx::detail {
 
 namespace {
 
-/// Share of the textured pixels whose disparity both views agree on. Of two views that show different
-/// scenes, or that are swapped, hardly any do.
-double reliable_share(const cv::Mat& left, const Disparity& disparity) {
+/// The pixels that any matcher finds in a second view of the same scene.
+struct TexturedPixels {
+  double share_of_image = 0;
+  double reliable_share = 0;  // of them. Both views agree on it; in views of different scenes, or swapped
+                              // ones, they hardly ever do.
+  double largest_px = 0;      // 99th percentile of their disparities without sign
+};
+
+TexturedPixels textured_pixels(const cv::Mat& left, const Disparity& disparity) {
   constexpr double texture_sigmas = 3;  // well textured: a failure there is the pair's, not the table's
   const cv::Mat textured = horizontal_texture(left, texture_sigmas);
-  int known = 0, all = 0;
+  int all = 0;
+  std::vector<float> sizes_px;
   for (int v = 0; v < left.rows; ++v) {
-    const auto* dense = disparity.dense.ptr<float>(v);
     const auto* reliable = disparity.reliable.ptr<float>(v);
     const auto* here = textured.ptr<uchar>(v);
     // The leftmost columns may lie outside the right view.
     for (int u = left.cols / 8; u < left.cols; ++u) {
       if (!here[u]) continue;
       ++all;
-      known += !std::isnan(dense[u]) && !std::isnan(reliable[u]) ? 1 : 0;
+      if (!std::isnan(reliable[u])) sizes_px.push_back(std::abs(reliable[u]));
     }
   }
-  return all > 0 ? static_cast<double>(known) / all : 0;
+  TexturedPixels result;
+  result.share_of_image = all / static_cast<double>(left.total());
+  result.reliable_share = all > 0 ? static_cast<double>(sizes_px.size()) / all : 0;
+  result.largest_px = sizes_px.empty() ? 0 : quantile(std::move(sizes_px), 0.99);
+  return result;
 }
 
-/// The same picture twice has no depth.
-bool are_the_same_view(const cv::Mat& left, const cv::Mat& right) {
-  const double difference = cv::norm(left, right, cv::NORM_L1) / static_cast<double>(left.total());
-  return difference < 0.5 * noise_sigma(left);
+std::string rounded(double value, double step) {
+  // A whole number of tenths or hundredths over ten or a hundred is the number that is written so.
+  return number_text(std::round(value / step) / std::round(1 / step));
+}
+
+/// What is to be said about rows that do not correspond. Real pairs that are rectified well are within 0.2
+/// px; from a pixel on disparities get lost, and those of slanted edges are wrong by as much.
+std::vector<std::string> misalignments(const VerticalOffset& measured, int width_px) {
+  constexpr double least_px = 0.7, degree = CV_PI / 180;
+  std::vector<std::string> found;
+  if (std::abs(measured.offset_px) >= least_px) {
+    found.push_back("the views are misaligned vertically by " + rounded(std::abs(measured.offset_px), 0.1) +
+                    " px, the right one is too " + (measured.offset_px > 0 ? "low" : "high") +
+                    ": calibrate and rectify them anew");
+  }
+  if (std::abs(std::tan(measured.rotation_rad)) * width_px / 2 >= least_px) {
+    found.push_back("the right view is turned by " + rounded(std::abs(measured.rotation_rad) / degree, 0.01) +
+                    " degrees against the left one: calibrate and rectify them anew");
+  }
+  return found;
 }
 
 }  // namespace
 
-std::optional<std::string> why_no_stereo_pair(const RectifiedPair& pair, const Disparity& disparity,
-                                              double min_reliable_share) {
-  const cv::Mat left = grey(pair.left), right = grey(pair.right);
-  if (are_the_same_view(left, right)) return "the two views are the same picture: there is no depth in them";
-  const double share = reliable_share(left, disparity);
-  if (share >= min_reliable_share) return std::nullopt;
-  return "only " + std::to_string(static_cast<int>(100 * share)) +
-         " % of the textured pixels agree between the views: not a rectified stereo pair of one scene, left "
-         "view "
-         "first";
+PairChecks check_pair(const RectifiedPair& pair, const Disparity& disparity, double min_reliable_share) {
+  constexpr double least_textured_share = 0.0005;  // an object's outline at least
+  constexpr double no_disparity_px = 0.5;
+  PairChecks checks;
+  const TexturedPixels textured = textured_pixels(grey(pair.left), disparity);
+  if (textured.share_of_image < least_textured_share) {
+    checks.refusal = "the left view shows hardly any texture: there is nothing to match";
+    return checks;
+  }
+  const auto measured = measure_vertical_offset(pair, disparity);
+  if (measured) {
+    checks.vertical_offset_px = measured->offset_px;
+    checks.warnings = misalignments(*measured, pair.left.cols);
+  }
+  if (textured.reliable_share < min_reliable_share) {
+    checks.refusal = "only " + std::to_string(static_cast<int>(100 * textured.reliable_share)) +
+                     " % of the textured pixels agree between the views: not a rectified stereo pair of one "
+                     "scene, left view first";
+  } else if (textured.largest_px < no_disparity_px) {
+    checks.refusal = "the two views are the same picture: there is no depth in them";
+  }
+  return checks;
 }
 
 }  // namespace graspctx::detail

@@ -27,12 +27,17 @@ cv::Mat match_semi_global(const cv::Mat& left, const cv::Mat& right, const Match
   cv::copyMakeBorder(left, padded_left, 0, 0, pad_left, pad_right, cv::BORDER_REPLICATE);
   cv::copyMakeBorder(right, padded_right, 0, 0, pad_left, pad_right, cv::BORDER_REPLICATE);
   const int unit = settings.block_px * settings.block_px * left.channels();
-  const auto matcher =
-      cv::StereoSGBM::create(settings.min_disparity_px, settings.disparities, settings.block_px, 8 * unit,
-                             32 * unit, -1, 0, static_cast<int>(std::lround(settings.uniqueness_percent)),
-                             settings.speckle_px, 2, cv::StereoSGBM::MODE_SGBM_3WAY);
+  constexpr int like_disparity_px = 2;
+  const auto matcher = cv::StereoSGBM::create(
+      settings.min_disparity_px, settings.disparities, settings.block_px, settings.small_step * unit,
+      settings.large_step * unit, -1, settings.gradient_cap,
+      static_cast<int>(std::lround(settings.uniqueness_percent)), settings.speckle_px, like_disparity_px,
+      cv::StereoSGBM::MODE_SGBM_3WAY);
   matcher->compute(padded_left, padded_right, fixed_point);
 
+  cv::Size whole;
+  cv::Point at;
+  right.locateROI(whole, at);
   const int invalid = (settings.min_disparity_px - 1) * cv::StereoMatcher::DISP_SCALE;
   cv::Mat disparity(left.size(), CV_32FC1);
   for (int v = 0; v < left.rows; ++v) {
@@ -40,8 +45,8 @@ cv::Mat match_semi_global(const cv::Mat& left, const cv::Mat& right, const Match
     auto* to = disparity.ptr<float>(v);
     for (int u = 0; u < left.cols; ++u) {
       const float value = static_cast<float>(from[u]) / cv::StereoMatcher::DISP_SCALE;
-      const float u_right = static_cast<float>(u) - value;
-      const bool inside = u_right >= -0.5F && u_right <= static_cast<float>(left.cols) - 0.5F;
+      const float u_right = static_cast<float>(at.x + u) - value;
+      const bool inside = u_right >= -0.5F && u_right <= static_cast<float>(whole.width) - 0.5F;
       to[u] = from[u] > invalid && inside ? value : unknown;
     }
   }
