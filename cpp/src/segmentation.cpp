@@ -210,7 +210,7 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
     hypotheses = detail::hypotheses_on_table(pair, relief, *result.table, frame, camera, options);
     table = ground_of(relief, 0.4);
   } else {
-    hypotheses = detail::hypotheses_by_disparity(disparity, camera, options);
+    hypotheses = detail::hypotheses_by_disparity(pair, disparity, camera, options);
   }
   if (options.cues == CueLevel::colour) {
     if (const auto plain = detail::find_plain_table(pair.left)) {
@@ -219,7 +219,7 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
                                     std::move(hypotheses), *plain);
     }
   }
-  hypotheses = detail::looked_at(std::move(hypotheses), table, disparity, camera, options);
+  hypotheses = detail::looked_at(std::move(hypotheses), table, pair, disparity, camera, options);
   if (static_cast<int>(hypotheses.size()) > options.max_objects) {
     hypotheses.resize(static_cast<std::size_t>(options.max_objects));
   }

@@ -2,15 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
 #include "detail/masks.hpp"
 #include "detail/quantile.hpp"
+#include "detail/texture.hpp"
 
 namespace graspctx::detail {
 
 namespace {
+
+constexpr float unknown = std::numeric_limits<float>::quiet_NaN();
 
 cv::Mat near_zero_disparity(const cv::Mat& disparity, double fixated_px, double band_px) {
   cv::Mat mask;
@@ -23,105 +28,397 @@ double step_in_depth_px(double shifted_px) {
   return std::max(1.0, 0.015 * shifted_px);
 }
 
-/// Of a mask of one depth (CV_8UC1), the runs along its rows with a step down to something farther at both
-/// ends. Ground of the same depth comes along, but it is cut off by the band of depth and not by a step.
-cv::Mat runs_between_steps(const cv::Mat& mask, const cv::Mat& disparity, double step_px) {
-  constexpr int look_px = 12;
-  cv::Mat runs = cv::Mat::zeros(mask.size(), CV_8UC1);
-  for (int v = 0; v < mask.rows; ++v) {
-    const auto* row = disparity.ptr<float>(v);
-    // Is the next known pixel from here, just outside of the run, a step farther away?
-    const auto steps_down = [&](int u, int direction) {
-      const float here = row[u];
-      u += 2 * direction;
-      for (int i = 0; i < look_px && u >= 0 && u < mask.cols; ++i, u += direction) {
-        if (!std::isnan(row[u])) return row[u] < here - step_px;
-      }
-      return false;
+/// The steps in depth of a line of cells: step[i] leads from cell i to the next. What the surfaces on both
+/// sides rise or fall by anyway is no step; one that takes some cells is at its steepest.
+void find_steps(const float* disparity, std::ptrdiff_t stride, int count, double doffs_px,
+                std::vector<float>& excess, std::vector<signed char>& step) {
+  constexpr int half = 1, flank = 4;
+  const auto at = [&](int i) { return disparity[i * stride]; };
+  const auto walk = [&](int from, int direction, int cells) {
+    while (cells-- > 0 && from + direction >= 0 && from + direction < count &&
+           !std::isnan(at(from + direction)))
+      from += direction;
+    return from;
+  };
+  excess.assign(static_cast<std::size_t>(count), 0);
+  step.assign(static_cast<std::size_t>(count), 0);
+  for (int i = 0; i + 1 < count; ++i) {
+    if (std::isnan(at(i)) || std::isnan(at(i + 1))) continue;
+    const int a = walk(i, -1, half), b = walk(i + 1, 1, half);
+    const float change = at(b) - at(a);
+    if (change == 0) continue;
+    const int before = walk(a, -1, flank), after = walk(b, 1, flank);
+    const auto slope = [&](int from, int to) {
+      return to > from
+                 ? std::max((at(to) - at(from)) / static_cast<float>(to - from) * (change > 0 ? 1 : -1), 0.F)
+                 : 0.F;
     };
-    const auto* in_mask = mask.ptr<uchar>(v);
-    for (int u = 0; u < mask.cols; ++u) {
-      if (!in_mask[u]) continue;
-      int end = u;
-      while (end + 1 < mask.cols && in_mask[end + 1]) ++end;
-      if (steps_down(u, -1) && steps_down(end, 1)) runs.row(v).colRange(u, end + 1).setTo(255);
-      u = end;
+    const float explained = std::min(slope(before, a), slope(b, after)) * static_cast<float>(b - a);
+    const float rest = std::max(std::abs(change) - explained, 0.F);
+    if (rest > step_in_depth_px(std::max(at(a), at(b)) + doffs_px)) {
+      excess[static_cast<std::size_t>(i)] = change > 0 ? rest : -rest;
+    }
+  }
+  for (int i = 0; i + 1 < count; ++i) {
+    const float here = excess[static_cast<std::size_t>(i)];
+    if (here == 0) continue;
+    const auto steepness = [&](int k) { return std::abs(at(k + 1) - at(k)); };
+    bool steepest = true;
+    for (int k = std::max(0, i - half); k <= std::min(count - 2, i + half); ++k) {
+      const float there = excess[static_cast<std::size_t>(k)];
+      if (k == i || there * here <= 0) continue;
+      steepest &= k < i ? steepness(i) > steepness(k) : steepness(i) >= steepness(k);
+    }
+    if (steepest) step[static_cast<std::size_t>(i)] = here > 0 ? 1 : -1;
+  }
+}
+
+/// The view as coarse as it takes to find objects in it: every size in cells is a share of the view.
+struct CoarseView {
+  int cell_px;
+  cv::Mat disparity;  // CV_32FC1, px of the full view; what is hidden from the right view is ground
+  cv::Mat reliable;   // CV_8UC1, > 0 where both views agree
+  cv::Mat step_right, step_below;  // CV_8SC1, to the next cell: -1 down in depth, 1 up, 0 none or unknown
+  const StereoCamera* camera;
+
+  CoarseView(const Disparity& full, const StereoCamera& camera);
+  double shifted(float disparity_px) const { return disparity_px + camera->doffs_px; }
+  double metres(double cells, float disparity_px) const {
+    return cells * cell_px * camera->baseline_m / shifted(disparity_px);
+  }
+};
+
+CoarseView::CoarseView(const Disparity& full, const StereoCamera& stereo_camera) : camera(&stereo_camera) {
+  constexpr double wanted_columns = 320;
+  cell_px = std::max(1, static_cast<int>(std::lround(full.dense.cols / wanted_columns)));
+  const cv::Size size(std::max(1, full.dense.cols / cell_px), std::max(1, full.dense.rows / cell_px));
+  cv::Mat known;
+  cv::resize(full.dense, disparity, size, 0, 0, cv::INTER_NEAREST);
+  cv::resize(full.reliable, known, size, 0, 0, cv::INTER_NEAREST);
+  known = without_hidden_strips(known, cell_px);
+  reliable = known == known;
+  for (int v = 0; v < disparity.rows; ++v) {
+    auto* row = disparity.ptr<float>(v);
+    for (int u = 0; u < disparity.cols; ++u) {
+      if (!(shifted(row[u]) > 0)) row[u] = unknown;
+    }
+  }
+  disparity = without_hidden_strips(disparity, cell_px);
+  step_right = cv::Mat::zeros(size, CV_8SC1);
+  step_below = cv::Mat::zeros(size, CV_8SC1);
+  std::vector<float> excess;
+  std::vector<signed char> steps;
+  for (int v = 0; v < size.height; ++v) {
+    find_steps(disparity.ptr<float>(v), 1, size.width, camera->doffs_px, excess, steps);
+    std::copy(steps.begin(), steps.end(), step_right.ptr<signed char>(v));
+  }
+  for (int u = 0; u < size.width; ++u) {
+    find_steps(disparity.ptr<float>(0) + u, static_cast<std::ptrdiff_t>(disparity.step1()), size.height,
+               camera->doffs_px, excess, steps);
+    for (int v = 0; v < size.height; ++v)
+      step_below.at<signed char>(v, u) = steps[static_cast<std::size_t>(v)];
+  }
+}
+
+/// Neighbouring cells of a row between two steps in depth.
+struct Run {
+  int v, first, last;
+};
+
+/// The runs that end in a step down on one side at least, and are not longer than objects are.
+std::vector<Run> runs_between_steps(const CoarseView& view, const cv::Rect& box, double longest_m) {
+  std::vector<Run> runs;
+  for (int v = box.y; v < box.br().y; ++v) {
+    const auto* row = view.disparity.ptr<float>(v);
+    const auto* step = view.step_right.ptr<signed char>(v);
+    for (int u = box.x; u < box.br().x; ++u) {
+      if (std::isnan(row[u])) continue;
+      int last = u;
+      while (last + 1 < box.br().x && !std::isnan(row[last + 1]) && step[last] == 0) ++last;
+      const int left = u > 0 ? -step[u - 1] : 0, right = step[last];
+      const bool steps_down = std::min(left, right) < 0;
+      const float middle = row[(u + last) / 2];
+      if (steps_down && view.metres(last - u + 1, middle) <= longest_m) runs.push_back({v, u, last});
+      u = last;
     }
   }
   return runs;
 }
 
+/// Runs of neighbouring rows that go on in depth. likeness: what they share of the columns they cover.
+struct Link {
+  int above, below;
+  double likeness;
+};
+
+std::vector<Link> links_between(const std::vector<Run>& runs, const CoarseView& view) {
+  std::vector<Link> links;
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    while (next < runs.size() && (runs[next].v <= runs[i].v ||
+                                  (runs[next].v == runs[i].v + 1 && runs[next].last < runs[i].first))) {
+      ++next;
+    }
+    for (std::size_t k = next; k < runs.size() && runs[k].v == runs[i].v + 1 && runs[k].first <= runs[i].last;
+         ++k) {
+      const int first = std::max(runs[i].first, runs[k].first), last = std::min(runs[i].last, runs[k].last);
+      if (last < first) continue;
+      int going_on = 0;
+      for (int u = first; u <= last; ++u) {
+        const float above = view.disparity.at<float>(runs[i].v, u);
+        const float below = view.disparity.at<float>(runs[k].v, u);
+        going_on += std::abs(above - below) <= step_in_depth_px(view.shifted(std::max(above, below))) ? 1 : 0;
+      }
+      if (2 * going_on <= last - first + 1) continue;
+      const double all = std::max(runs[i].last, runs[k].last) - std::min(runs[i].first, runs[k].first) + 1;
+      links.push_back({static_cast<int>(i), static_cast<int>(k), (last - first + 1) / all});
+    }
+  }
+  std::stable_sort(links.begin(), links.end(),
+                   [](const Link& a, const Link& b) { return a.likeness > b.likeness; });
+  return links;
+}
+
+/// Runs put together, the most alike first. A piece that was joined where the width jumps remembers its
+/// parts.
+struct Piece {
+  std::vector<int> runs;
+  int parts[2] = {-1, -1};
+};
+
+/// All pieces; whole: those that are no part of another.
+std::vector<Piece> pieces_of(const std::vector<Run>& runs, const std::vector<Link>& links,
+                             std::vector<int>& whole) {
+  constexpr double alike = 0.6;
+  std::vector<Piece> pieces(runs.size());
+  std::vector<int> owner(runs.size());
+  std::iota(owner.begin(), owner.end(), 0);
+  for (std::size_t i = 0; i < runs.size(); ++i) pieces[i].runs = {static_cast<int>(i)};
+  const auto give = [&](int from, int to) {
+    for (const int run : pieces[static_cast<std::size_t>(from)].runs)
+      owner[static_cast<std::size_t>(run)] = to;
+  };
+  for (const Link& link : links) {
+    int a = owner[static_cast<std::size_t>(link.above)], b = owner[static_cast<std::size_t>(link.below)];
+    if (a == b) continue;
+    auto* large = &pieces[static_cast<std::size_t>(a)];
+    auto* small = &pieces[static_cast<std::size_t>(b)];
+    if (large->runs.size() < small->runs.size()) {
+      std::swap(large, small);
+      std::swap(a, b);
+    }
+    if (link.likeness >= alike) {
+      give(b, a);
+      large->runs.insert(large->runs.end(), small->runs.begin(), small->runs.end());
+      small->runs.clear();
+      continue;
+    }
+    Piece joined;
+    joined.runs = large->runs;
+    joined.runs.insert(joined.runs.end(), small->runs.begin(), small->runs.end());
+    joined.parts[0] = a;
+    joined.parts[1] = b;
+    const int id = static_cast<int>(pieces.size());
+    give(a, id);
+    give(b, id);
+    pieces.push_back(std::move(joined));
+  }
+  std::vector<char> is_whole(pieces.size(), 0);
+  for (const int id : owner) is_whole[static_cast<std::size_t>(id)] = 1;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    if (is_whole[i]) whole.push_back(static_cast<int>(i));
+  }
+  return pieces;
+}
+
+/// A piece as a mask, and how its outline runs.
+struct Outlined {
+  cv::Rect box;  // cells
+  cv::Mat mask;
+  int cells = 0, reliable = 0;
+  int down = 0, level = 0, up = 0, open = 0;  // cells of the outline by what is behind it
+  float nearest = 0, farthest = 0, median = 0;
+
+  double down_share() const { return down / std::max(1.0, double(down + level + up)); }
+};
+
+Outlined outlined(const Piece& piece, const std::vector<Run>& runs, const CoarseView& view) {
+  Outlined o;
+  for (const int id : piece.runs) {
+    const Run& run = runs[static_cast<std::size_t>(id)];
+    o.box |= cv::Rect(run.first, run.v, run.last - run.first + 1, 1);
+  }
+  o.mask = cv::Mat::zeros(o.box.size(), CV_8UC1);
+  for (const int id : piece.runs) {
+    const Run& run = runs[static_cast<std::size_t>(id)];
+    o.mask.row(run.v - o.box.y).colRange(run.first - o.box.x, run.last + 1 - o.box.x).setTo(255);
+  }
+  std::vector<float> disparities;
+  const cv::Rect everywhere({0, 0}, view.disparity.size()), inside({0, 0}, o.box.size());
+  for (int v = 0; v < o.box.height; ++v) {
+    for (int u = 0; u < o.box.width; ++u) {
+      if (!o.mask.at<uchar>(v, u)) continue;
+      const cv::Point here(u, v), at = here + o.box.tl();
+      const float d = view.disparity.at<float>(at);
+      disparities.push_back(d);
+      o.reliable += view.reliable.at<uchar>(at) ? 1 : 0;
+      for (const cv::Point& step : {cv::Point(-1, 0), cv::Point(1, 0), cv::Point(0, -1), cv::Point(0, 1)}) {
+        const cv::Point there = here + step;
+        if (inside.contains(there) && o.mask.at<uchar>(there)) continue;
+        constexpr int reach = 3;
+        bool known = false;
+        for (int i = 1; i <= reach && !known; ++i) {
+          known = everywhere.contains(at + i * step) && view.reliable.at<uchar>(at + i * step);
+        }
+        if (!known) {
+          ++o.open;
+          continue;
+        }
+        // The outline may miss the step by a cell.
+        const cv::Mat& steps = step.x != 0 ? view.step_right : view.step_below;
+        const int outwards = step.x + step.y;
+        int change = 0;
+        for (const int off : {0, 1, -1}) {
+          const cv::Point from = (outwards > 0 ? at : at + step) + off * step;
+          if (change == 0 && everywhere.contains(from)) change = outwards * steps.at<signed char>(from);
+        }
+        ++(change < 0 ? o.down : change > 0 ? o.up : o.level);
+      }
+    }
+  }
+  o.cells = static_cast<int>(disparities.size());
+  o.nearest = static_cast<float>(quantile(disparities, 0.95));
+  o.farthest = static_cast<float>(quantile(disparities, 0.05));
+  o.median = static_cast<float>(quantile(disparities, 0.5));
+  return o;
+}
+
+/// How much better its own disparity explains what both views show of a piece than the disparity of what is
+/// beside it: ratio of grey differences. Where nothing is to be seen, nothing explains it better.
+double explained_by_itself(const Outlined& o, const CoarseView& view, const cv::Mat& left,
+                           const cv::Mat& right, double noise) {
+  double as_ground = 0, as_itself = 0, count = 0;
+  for (int v = 0; v < o.box.height; ++v) {
+    const auto* row = view.disparity.ptr<float>(o.box.y + v);
+    for (int u = 0; u < o.box.width; ++u) {
+      if (!o.mask.at<uchar>(v, u)) continue;
+      int last = u;
+      while (last + 1 < o.box.width && o.mask.at<uchar>(v, last + 1)) ++last;
+      const int before = o.box.x + u - 1, after = o.box.x + last + 1;
+      const float on_left = before >= 0 ? row[before] : unknown;
+      const float on_right = after < view.disparity.cols ? row[after] : unknown;
+      const float ground = std::fmin(on_left, on_right);
+      for (; u <= last && !std::isnan(ground); ++u) {
+        const int at_u = (o.box.x + u) * view.cell_px, at_v = (o.box.y + v) * view.cell_px;
+        const auto here = static_cast<double>(left.at<uchar>(at_v, at_u));
+        const auto difference = [&](double disparity) {
+          const double u_right = std::clamp(at_u - disparity, 0.0, right.cols - 1.001);
+          const int whole = static_cast<int>(u_right);
+          const auto* from = right.ptr<uchar>(at_v);
+          return std::abs(here - (from[whole] + (u_right - whole) * (from[whole + 1] - from[whole])));
+        };
+        as_ground += difference(ground);
+        as_itself += difference(row[o.box.x + u]);
+        ++count;
+      }
+      u = last;
+    }
+  }
+  return as_ground / std::max({as_itself, noise * count, 1e-9});
+}
+
+/// too_large: not an object itself, though its parts may be.
+enum class Verdict { object, too_large, no };
+
+Verdict judge(const Outlined& o, const CoarseView& view, const SegmentationOptions& options) {
+  constexpr int least_cells = 50;
+  constexpr double least_reliable_share = 0.4, least_down_share = 0.6, most_open_share = 0.3;
+  const double outline = o.down + o.level + o.up + o.open;
+  if (o.cells < least_cells || o.reliable < least_reliable_share * o.cells) return Verdict::no;
+  const double extent_m = view.metres(std::max(o.box.width, o.box.height), o.median);
+  const double deep_m = view.camera->depth_m(o.farthest) - view.camera->depth_m(o.nearest);
+  if (extent_m > options.max_extent_m || deep_m > options.max_extent_m) return Verdict::too_large;
+  if (extent_m < options.min_extent_m) return Verdict::no;
+  if (o.open > most_open_share * outline) return Verdict::no;
+  return o.down_share() >= least_down_share ? Verdict::object : Verdict::too_large;
+}
+
 }  // namespace
+
+cv::Mat without_hidden_strips(const cv::Mat& disparity, int cell_px) {
+  constexpr int least_cells = 4;
+  constexpr double at_most = 1.5;  // times the step in disparity
+  cv::Mat filled = disparity.clone();
+  for (int v = 0; v < filled.rows; ++v) {
+    auto* row = filled.ptr<float>(v);
+    for (int u = 0; u < filled.cols; ++u) {
+      if (!std::isnan(row[u])) continue;
+      int end = u;
+      while (end < filled.cols && std::isnan(row[end])) ++end;
+      if (u > 0 && end < filled.cols) {
+        const float left = row[u - 1], right = row[end];
+        if (end - u <= least_cells + at_most * std::abs(right - left) / cell_px) {
+          std::fill(row + u, row + end, std::min(left, right));
+        }
+      }
+      u = end;
+    }
+  }
+  return filled;
+}
 
 double zero_disparity_band_px(double shifted_px) {
   return std::max(1.5, 0.06 * shifted_px);
 }
 
-std::vector<Hypothesis> hypotheses_by_disparity(const Disparity& disparity, const StereoCamera& camera,
+std::vector<Hypothesis> hypotheses_by_disparity(const RectifiedPair& pair, const Disparity& disparity,
+                                                const StereoCamera& camera,
                                                 const SegmentationOptions& options) {
-  // Half size is plenty to find them.
-  cv::Mat dense, reliable;
-  const cv::Size half(disparity.dense.cols / 2, disparity.dense.rows / 2);
-  cv::resize(disparity.dense, dense, half, 0, 0, cv::INTER_NEAREST);
-  cv::resize(disparity.reliable, reliable, half, 0, 0, cv::INTER_NEAREST);
-  const cv::Mat known = reliable == reliable;
-  double largest = 0;
-  cv::minMaxLoc(dense, nullptr, &largest, nullptr, nullptr, dense == dense);
-
-  cv::Mat in_box(half, CV_8UC1, cv::Scalar(options.roi_px ? 0 : 255));
+  const CoarseView view(disparity, camera);
+  const cv::Mat left = grey(pair.left), right = grey(pair.right);
+  const double noise = noise_sigma(left);
+  const cv::Rect everywhere({0, 0}, view.disparity.size());
+  cv::Rect box = everywhere;
   if (options.roi_px) {
-    const cv::Rect& box = *options.roi_px;
-    in_box(cv::Rect(box.x / 2, box.y / 2, (box.width + 1) / 2, (box.height + 1) / 2) & cv::Rect({0, 0}, half))
-        .setTo(255);
+    const cv::Rect& roi = *options.roi_px;
+    const cv::Point last((roi.br().x - 1) / view.cell_px, (roi.br().y - 1) / view.cell_px);
+    box =
+        cv::Rect(cv::Point(roi.x / view.cell_px, roi.y / view.cell_px), last + cv::Point(1, 1)) & everywhere;
   }
+  const std::vector<Run> runs = runs_between_steps(view, box, options.max_extent_m);
+  std::vector<int> open;
+  const std::vector<Piece> pieces = pieces_of(runs, links_between(runs, view), open);
 
   std::vector<Hypothesis> found;
-  constexpr double depth_ratio = 1.06;  // from one fixation to the next
-  constexpr double farthest_m = 5;
-  const double nearest_shifted_px = largest + camera.doffs_px;
-  const double farthest_shifted_px = camera.focal_px * camera.baseline_m / farthest_m;
-  for (double shifted_px = nearest_shifted_px / depth_ratio; shifted_px > farthest_shifted_px;
-       shifted_px /= depth_ratio) {
-    const double fixated_px = shifted_px - camera.doffs_px;
-    const cv::Mat at_zero = near_zero_disparity(dense, fixated_px, zero_disparity_band_px(shifted_px));
-    cv::Mat standing = runs_between_steps(at_zero, dense, step_in_depth_px(shifted_px));
-    cv::morphologyEx(standing, standing, cv::MORPH_CLOSE, cv::Mat::ones(3, 3, CV_8U));
-    standing &= in_box;
-    cv::Mat labels, stats, centres;
-    const int count = cv::connectedComponentsWithStats(standing, labels, stats, centres, 8, CV_32S);
-    for (int label = 1; label < count; ++label) {
-      const int* stat = stats.ptr<int>(label);
-      const cv::Rect box(stat[cv::CC_STAT_LEFT], stat[cv::CC_STAT_TOP], stat[cv::CC_STAT_WIDTH],
-                         stat[cv::CC_STAT_HEIGHT]);
-      const int area = stat[cv::CC_STAT_AREA];
-      constexpr int least_area_px = 40;
-      const double extent_m = 2 * std::max(box.width, box.height) * camera.baseline_m / shifted_px;
-      if (area < least_area_px || extent_m < options.min_extent_m || extent_m > options.max_extent_m)
-        continue;
-      const cv::Mat part = labels(box) == label;
-      constexpr double least_known_share = 0.4;
-      if (cv::countNonZero(known(box) & part) < least_known_share * area) continue;
-      Hypothesis hypothesis;
-      cv::Mat seeds = cv::Mat::zeros(half, CV_8UC1);
-      part.copyTo(seeds(box));
-      cv::resize(seeds, hypothesis.seeds, disparity.dense.size(), 0, 0, cv::INTER_NEAREST);
-      hypothesis.disparity_px = fixated_px;
-      hypothesis.saliency = saliency_of(4 * area, fixated_px, camera);
-      found.push_back(std::move(hypothesis));
+  while (!open.empty()) {
+    const Piece& piece = pieces[static_cast<std::size_t>(open.back())];
+    open.pop_back();
+    const Outlined outline = outlined(piece, runs, view);
+    Verdict verdict = judge(outline, view, options);
+    // Ground that comes along makes the outline worse, another part of the object better.
+    if (verdict == Verdict::object && piece.parts[0] >= 0) {
+      const Outlined part = outlined(pieces[static_cast<std::size_t>(piece.parts[0])], runs, view);
+      if (judge(part, view, options) == Verdict::object && part.down_share() > outline.down_share() + 0.01) {
+        verdict = Verdict::too_large;
+      }
     }
+    if (verdict == Verdict::too_large && piece.parts[0] >= 0) {
+      open.insert(open.end(), std::begin(piece.parts), std::end(piece.parts));
+    }
+    if (verdict != Verdict::object) continue;
+    constexpr double least_explained = 1.3;
+    if (explained_by_itself(outline, view, left, right, noise) < least_explained) continue;
+    Hypothesis hypothesis;
+    hypothesis.seeds = cv::Mat::zeros(disparity.dense.size(), CV_8UC1);
+    cv::Mat large;
+    cv::resize(outline.mask, large, {}, view.cell_px, view.cell_px, cv::INTER_NEAREST);
+    large.copyTo(hypothesis.seeds(cv::Rect(outline.box.tl() * view.cell_px, large.size())));
+    hypothesis.disparity_px = outline.median;
+    hypothesis.saliency = saliency_of(cv::countNonZero(large), hypothesis.disparity_px, camera);
+    found.push_back(std::move(hypothesis));
   }
-  // Neighbouring fixations find the same object: the most salient one stays.
   sort_by_saliency(found);
-  std::vector<Hypothesis> kept;
-  cv::Mat taken = cv::Mat::zeros(disparity.dense.size(), CV_8UC1);
-  for (Hypothesis& hypothesis : found) {
-    const int area = cv::countNonZero(hypothesis.seeds);
-    constexpr double most_shared = 0.3;
-    if (cv::countNonZero(hypothesis.seeds & taken) > most_shared * area) continue;
-    taken |= hypothesis.seeds;
-    kept.push_back(std::move(hypothesis));
-  }
-  return kept;
+  return found;
 }
 
 std::optional<Hypothesis> hypothesis_at(const cv::Point& fixation, const Disparity& disparity,
@@ -152,12 +449,16 @@ std::optional<Hypothesis> hypothesis_at(const cv::Point& fixation, const Dispari
   const cv::Mat reach = disc(options.max_extent_m / 2), gaze = disc(0.01);
   const cv::Mat at_zero =
       near_zero_disparity(disparity.dense, hypothesis.disparity_px, zero_disparity_band_px(shifted_px));
-  cv::Mat standing = runs_between_steps(at_zero, disparity.dense, step_in_depth_px(shifted_px)) & reach;
-  cv::morphologyEx(standing, standing, cv::MORPH_CLOSE, cv::Mat::ones(3, 3, CV_8U));
+  const CoarseView view(disparity, camera);
+  cv::Mat standing = cv::Mat::zeros(size, CV_8UC1);
+  for (const Run& run : runs_between_steps(view, {{0, 0}, view.disparity.size()}, options.max_extent_m)) {
+    const cv::Rect cells(run.first, run.v, run.last - run.first + 1, 1);
+    standing(cv::Rect(cells.tl() * view.cell_px, cells.br() * view.cell_px)).setTo(255);
+  }
+  standing &= reach & at_zero;
   hypothesis.seeds = parts_holding(standing, gaze, 1) | (gaze & at_zero);
-  const int area = cv::countNonZero(hypothesis.seeds);
-  if (area == 0) return std::nullopt;
-  hypothesis.saliency = saliency_of(area, hypothesis.disparity_px, camera);
+  hypothesis.saliency = saliency_of(cv::countNonZero(hypothesis.seeds), hypothesis.disparity_px, camera);
+  if (hypothesis.saliency <= 0) return std::nullopt;
   return hypothesis;
 }
 

@@ -12,9 +12,14 @@ namespace graspctx::detail {
 /// a share of the depth.
 double zero_disparity_band_px(double shifted_px);
 
+/// Beside a step in depth the right view does not see a strip of the ground as wide as the step in disparity:
+/// it gets the ground's disparity. disparity: CV_32FC1 in px, of cells of cell_px.
+cv::Mat without_hidden_strips(const cv::Mat& disparity, int cell_px = 1);
+
 /// Peripheral view without a plane: the gaze goes through the depths, and finds pieces of one depth that end
 /// in steps, most salient first.
-std::vector<Hypothesis> hypotheses_by_disparity(const Disparity& disparity, const StereoCamera& camera,
+std::vector<Hypothesis> hypotheses_by_disparity(const RectifiedPair& pair, const Disparity& disparity,
+                                                const StereoCamera& camera,
                                                 const SegmentationOptions& options);
 
 /// The gaze is given: what surrounds this pixel of the left view at its depth, between steps in depth where

@@ -7,6 +7,7 @@
 #include "detail/depth_hypotheses.hpp"
 #include "detail/figure_ground.hpp"
 #include "detail/masks.hpp"
+#include "detail/quantile.hpp"
 
 namespace graspctx::detail {
 
@@ -25,29 +26,38 @@ double unknown_odds(const cv::Mat& ground, const cv::Mat& outside) {
 
 cv::Mat figure_at_zero_disparity(const Hypothesis& hypothesis, const cv::Mat& disparity,
                                  const StereoCamera& camera) {
-  const double band_px = zero_disparity_band_px(hypothesis.disparity_px + camera.doffs_px);
+  const cv::Mat known = without_hidden_strips(disparity);
+  std::vector<float> own;
+  for (const cv::Point& at : where(hypothesis.seeds)) {
+    if (!std::isnan(known.at<float>(at))) own.push_back(known.at<float>(at));
+  }
+  if (own.empty()) return {};
+  constexpr double outliers = 0.02, beyond = 0.5;
+  const double farthest_px = quantile(own, outliers), nearest_px = quantile(own, 1 - outliers);
+  const double margin_px = beyond * zero_disparity_band_px(hypothesis.disparity_px + camera.doffs_px);
+
+  // What stands on something lacks its foot: it has the depth of the ground there.
+  constexpr double aside = 0.05, down = 0.15;
+  const cv::Rect box = cv::boundingRect(hypothesis.seeds);
+  const int to_side = 2 + static_cast<int>(aside * std::min(box.width, box.height));
+  const int below = 2 + static_cast<int>(down * box.height);
+  const cv::Rect reach =
+      cv::Rect(box.x - to_side, box.y - to_side, box.width + 2 * to_side, box.height + to_side + below) &
+      cv::Rect({0, 0}, disparity.size());
+
   cv::Mat shown = cv::Mat::zeros(disparity.size(), CV_8UC3);
-  cv::Mat markers = cv::Mat::zeros(disparity.size(), CV_32S);
-  const cv::Rect near = cv::boundingRect(grown(hypothesis.seeds, 20));
-  const cv::Mat core = shrunk(hypothesis.seeds, 2);
   constexpr int figure = 1, ground = 2;
-  for (int v = 0; v < disparity.rows; ++v) {
-    for (int u = 0; u < disparity.cols; ++u) {
-      const float d = disparity.at<float>(v, u);
-      int& marker = markers.at<int>(v, u);
-      if (!near.contains({u, v})) {
-        marker = ground;
-        continue;
-      }
+  cv::Mat markers(disparity.size(), CV_32S, cv::Scalar(ground));
+  const cv::Mat core = shrunk(hypothesis.seeds, 1);
+  const double range_px = nearest_px - farthest_px + 2 * margin_px;
+  for (int v = reach.y; v < reach.br().y; ++v) {
+    for (int u = reach.x; u < reach.br().x; ++u) {
+      const float d = known.at<float>(v, u);
+      const bool off = d < farthest_px - margin_px || d > nearest_px + margin_px;
+      markers.at<int>(v, u) = off ? ground : core.at<uchar>(v, u) ? figure : 0;
       if (std::isnan(d)) continue;
-      const double off = d - hypothesis.disparity_px;
-      const auto level = cv::saturate_cast<uchar>(128 + 40 * off / band_px);
+      const auto level = cv::saturate_cast<uchar>(255 * (d - farthest_px + margin_px) / range_px);
       shown.at<cv::Vec3b>(v, u) = {level, level, level};
-      if (std::abs(off) > 1.3 * band_px) {
-        marker = ground;
-      } else if (std::abs(off) < band_px && core.at<uchar>(v, u)) {
-        marker = figure;
-      }
     }
   }
   if (cv::countNonZero(markers == figure) == 0) return {};

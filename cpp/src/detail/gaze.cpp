@@ -42,8 +42,8 @@ std::vector<Hypothesis> off_table(std::vector<Hypothesis> hypotheses, const cv::
 }  // namespace
 
 std::vector<Hypothesis> looked_at(std::vector<Hypothesis> hypotheses, const cv::Mat& table,
-                                  const Disparity& disparity, const StereoCamera& camera,
-                                  const SegmentationOptions& options) {
+                                  const RectifiedPair& pair, const Disparity& disparity,
+                                  const StereoCamera& camera, const SegmentationOptions& options) {
   if (!options.fixation_px && !options.roi_px) return hypotheses;
   const cv::Rect everywhere({0, 0}, disparity.dense.size()), box = options.roi_px.value_or(everywhere);
   if (options.roi_px) hypotheses = inside(std::move(hypotheses), box);
@@ -63,7 +63,7 @@ std::vector<Hypothesis> looked_at(std::vector<Hypothesis> hypotheses, const cv::
   } else if (!hypotheses.empty()) {
     found = std::move(hypotheses);
   } else if (!table.empty()) {
-    found = off_table(hypotheses_by_disparity(disparity, camera, options), table);
+    found = off_table(hypotheses_by_disparity(pair, disparity, camera, options), table);
   }
   if (options.roi_px) found = inside(std::move(found), box);
   if (found.size() > 1) found.resize(1);

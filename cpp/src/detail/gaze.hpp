@@ -12,7 +12,7 @@ namespace graspctx::detail {
 /// the box out, a new one from the steps in depth there. table: CV_8UC1 of the image's size, > 0 on the table
 /// or below it, which is no object; empty if there is no table.
 std::vector<Hypothesis> looked_at(std::vector<Hypothesis> hypotheses, const cv::Mat& table,
-                                  const Disparity& disparity, const StereoCamera& camera,
-                                  const SegmentationOptions& options);
+                                  const RectifiedPair& pair, const Disparity& disparity,
+                                  const StereoCamera& camera, const SegmentationOptions& options);
 
 }  // namespace graspctx::detail
