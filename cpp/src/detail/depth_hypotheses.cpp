@@ -79,16 +79,30 @@ struct CoarseView {
   cv::Mat disparity;  // CV_32FC1, px of the full view; what is hidden from the right view is ground
   cv::Mat reliable;   // CV_8UC1, > 0 where both views agree
   cv::Mat step_right, step_below;  // CV_8SC1, to the next cell: -1 down in depth, 1 up, 0 none or unknown
+  cv::Rect looked_at;              // cells; what leaves them is cut off
   const StereoCamera* camera;
 
-  CoarseView(const Disparity& full, const StereoCamera& camera);
+  CoarseView(const Disparity& full, const StereoCamera& camera, const std::optional<cv::Rect>& box_px);
   double shifted(float disparity_px) const { return disparity_px + camera->doffs_px; }
+  bool contains(const cv::Point& cell) const { return cv::Rect({0, 0}, disparity.size()).contains(cell); }
+  /// The first step met from a cell outwards, along an axis: -1 down, 1 up, 0 none within so many cells.
+  int step_out(const cv::Point& cell, const cv::Point& outwards, int cells) const {
+    const cv::Mat& steps = outwards.x != 0 ? step_right : step_below;
+    const int sign = outwards.x + outwards.y;
+    cv::Point from = sign > 0 ? cell : cell + outwards;
+    for (; cells > 0 && contains(from); --cells, from += outwards) {
+      if (const int step = steps.at<signed char>(from)) return sign * step;
+    }
+    return 0;
+  }
   double metres(double cells, float disparity_px) const {
     return cells * cell_px * camera->baseline_m / shifted(disparity_px);
   }
 };
 
-CoarseView::CoarseView(const Disparity& full, const StereoCamera& stereo_camera) : camera(&stereo_camera) {
+CoarseView::CoarseView(const Disparity& full, const StereoCamera& stereo_camera,
+                       const std::optional<cv::Rect>& box_px)
+    : camera(&stereo_camera) {
   constexpr double wanted_columns = 320;
   cell_px = std::max(1, static_cast<int>(std::lround(full.dense.cols / wanted_columns)));
   const cv::Size size(std::max(1, full.dense.cols / cell_px), std::max(1, full.dense.rows / cell_px));
@@ -104,6 +118,11 @@ CoarseView::CoarseView(const Disparity& full, const StereoCamera& stereo_camera)
     }
   }
   disparity = without_hidden_strips(disparity, cell_px);
+  looked_at = cv::Rect({0, 0}, size);
+  if (box_px) {
+    const cv::Point last((box_px->br().x - 1) / cell_px, (box_px->br().y - 1) / cell_px);
+    looked_at &= cv::Rect(box_px->tl() / cell_px, last + cv::Point(1, 1));
+  }
   step_right = cv::Mat::zeros(size, CV_8SC1);
   step_below = cv::Mat::zeros(size, CV_8SC1);
   std::vector<float> excess;
@@ -120,14 +139,18 @@ CoarseView::CoarseView(const Disparity& full, const StereoCamera& stereo_camera)
   }
 }
 
+/// A box may run a little inside the step that it is drawn around.
+constexpr int cut_reach_cells = 4;
+
 /// Neighbouring cells of a row between two steps in depth.
 struct Run {
   int v, first, last;
 };
 
 /// The runs that end in a step down on one side at least, and are not longer than objects are.
-std::vector<Run> runs_between_steps(const CoarseView& view, const cv::Rect& box, double longest_m) {
+std::vector<Run> runs_between_steps(const CoarseView& view, double longest_m) {
   std::vector<Run> runs;
+  const cv::Rect& box = view.looked_at;
   for (int v = box.y; v < box.br().y; ++v) {
     const auto* row = view.disparity.ptr<float>(v);
     const auto* step = view.step_right.ptr<signed char>(v);
@@ -135,7 +158,8 @@ std::vector<Run> runs_between_steps(const CoarseView& view, const cv::Rect& box,
       if (std::isnan(row[u])) continue;
       int last = u;
       while (last + 1 < box.br().x && !std::isnan(row[last + 1]) && step[last] == 0) ++last;
-      const int left = u > 0 ? -step[u - 1] : 0, right = step[last];
+      const int left = view.step_out({u, v}, {-1, 0}, u == box.x ? cut_reach_cells : 1);
+      const int right = view.step_out({last, v}, {1, 0}, last + 1 == box.br().x ? cut_reach_cells : 1);
       const bool steps_down = std::min(left, right) < 0;
       const float middle = row[(u + last) / 2];
       if (steps_down && view.metres(last - u + 1, middle) <= longest_m) runs.push_back({v, u, last});
@@ -254,7 +278,7 @@ Outlined outlined(const Piece& piece, const std::vector<Run>& runs, const Coarse
     o.mask.row(run.v - o.box.y).colRange(run.first - o.box.x, run.last + 1 - o.box.x).setTo(255);
   }
   std::vector<float> disparities;
-  const cv::Rect everywhere({0, 0}, view.disparity.size()), inside({0, 0}, o.box.size());
+  const cv::Rect inside({0, 0}, o.box.size());
   for (int v = 0; v < o.box.height; ++v) {
     for (int u = 0; u < o.box.width; ++u) {
       if (!o.mask.at<uchar>(v, u)) continue;
@@ -265,23 +289,22 @@ Outlined outlined(const Piece& piece, const std::vector<Run>& runs, const Coarse
       for (const cv::Point& step : {cv::Point(-1, 0), cv::Point(1, 0), cv::Point(0, -1), cv::Point(0, 1)}) {
         const cv::Point there = here + step;
         if (inside.contains(there) && o.mask.at<uchar>(there)) continue;
+        if (!view.looked_at.contains(at + step)) {
+          ++(view.step_out(at, step, cut_reach_cells) < 0 ? o.down : o.open);
+          continue;
+        }
         constexpr int reach = 3;
         bool known = false;
         for (int i = 1; i <= reach && !known; ++i) {
-          known = everywhere.contains(at + i * step) && view.reliable.at<uchar>(at + i * step);
+          known = view.contains(at + i * step) && view.reliable.at<uchar>(at + i * step);
         }
         if (!known) {
           ++o.open;
           continue;
         }
         // The outline may miss the step by a cell.
-        const cv::Mat& steps = step.x != 0 ? view.step_right : view.step_below;
-        const int outwards = step.x + step.y;
-        int change = 0;
-        for (const int off : {0, 1, -1}) {
-          const cv::Point from = (outwards > 0 ? at : at + step) + off * step;
-          if (change == 0 && everywhere.contains(from)) change = outwards * steps.at<signed char>(from);
-        }
+        int change = view.step_out(at, step, 2);
+        if (change == 0 && view.contains(at - step)) change = view.step_out(at - step, step, 1);
         ++(change < 0 ? o.down : change > 0 ? o.up : o.level);
       }
     }
@@ -304,10 +327,12 @@ double explained_by_itself(const Outlined& o, const CoarseView& view, const cv::
       if (!o.mask.at<uchar>(v, u)) continue;
       int last = u;
       while (last + 1 < o.box.width && o.mask.at<uchar>(v, last + 1)) ++last;
-      const int before = o.box.x + u - 1, after = o.box.x + last + 1;
-      const float on_left = before >= 0 ? row[before] : unknown;
-      const float on_right = after < view.disparity.cols ? row[after] : unknown;
-      const float ground = std::fmin(on_left, on_right);
+      float ground = unknown;
+      for (int i = 1; i <= cut_reach_cells; ++i) {
+        const int before = o.box.x + u - i, after = o.box.x + last + i;
+        if (before >= 0) ground = std::fmin(ground, row[before]);
+        if (after < view.disparity.cols) ground = std::fmin(ground, row[after]);
+      }
       for (; u <= last && !std::isnan(ground); ++u) {
         const int at_u = (o.box.x + u) * view.cell_px, at_v = (o.box.y + v) * view.cell_px;
         const auto here = static_cast<double>(left.at<uchar>(at_v, at_u));
@@ -332,7 +357,9 @@ enum class Verdict { object, too_large, no };
 
 Verdict judge(const Outlined& o, const CoarseView& view, const SegmentationOptions& options) {
   constexpr int least_cells = 50;
-  constexpr double least_reliable_share = 0.4, least_down_share = 0.6, most_open_share = 0.3;
+  constexpr double least_reliable_share = 0.4;
+  // In a box of the caller's there is an object: less of its outline has to show it.
+  const double least_down_share = options.roi_px ? 0.4 : 0.6, most_open_share = options.roi_px ? 0.6 : 0.3;
   const double outline = o.down + o.level + o.up + o.open;
   if (o.cells < least_cells || o.reliable < least_reliable_share * o.cells) return Verdict::no;
   const double extent_m = view.metres(std::max(o.box.width, o.box.height), o.median);
@@ -374,18 +401,10 @@ double zero_disparity_band_px(double shifted_px) {
 std::vector<Hypothesis> hypotheses_by_disparity(const RectifiedPair& pair, const Disparity& disparity,
                                                 const StereoCamera& camera,
                                                 const SegmentationOptions& options) {
-  const CoarseView view(disparity, camera);
+  const CoarseView view(disparity, camera, options.roi_px);
   const cv::Mat left = grey(pair.left), right = grey(pair.right);
   const double noise = noise_sigma(left);
-  const cv::Rect everywhere({0, 0}, view.disparity.size());
-  cv::Rect box = everywhere;
-  if (options.roi_px) {
-    const cv::Rect& roi = *options.roi_px;
-    const cv::Point last((roi.br().x - 1) / view.cell_px, (roi.br().y - 1) / view.cell_px);
-    box =
-        cv::Rect(cv::Point(roi.x / view.cell_px, roi.y / view.cell_px), last + cv::Point(1, 1)) & everywhere;
-  }
-  const std::vector<Run> runs = runs_between_steps(view, box, options.max_extent_m);
+  const std::vector<Run> runs = runs_between_steps(view, options.max_extent_m);
   std::vector<int> open;
   const std::vector<Piece> pieces = pieces_of(runs, links_between(runs, view), open);
 
@@ -421,10 +440,22 @@ std::vector<Hypothesis> hypotheses_by_disparity(const RectifiedPair& pair, const
   return found;
 }
 
+cv::Mat disc_around(const cv::Point& centre, double radius_m, double disparity_px, const cv::Size& size,
+                    const StereoCamera& camera) {
+  const double radius_px = std::clamp(radius_m * (disparity_px + camera.doffs_px) / camera.baseline_m, 4.0,
+                                      static_cast<double>(size.width + size.height));  // all of the image
+  cv::Mat filled = cv::Mat::zeros(size, CV_8UC1);
+  cv::circle(filled, centre, static_cast<int>(radius_px), 255, cv::FILLED);
+  return filled;
+}
+
 std::optional<Hypothesis> hypothesis_at(const cv::Point& fixation, const Disparity& disparity,
                                         const StereoCamera& camera, const SegmentationOptions& options) {
   const cv::Size size = disparity.dense.size();
-  const cv::Rect around = cv::Rect(fixation.x - 5, fixation.y - 5, 11, 11) & cv::Rect({0, 0}, size);
+  const int near_px = std::max(2, size.width / 128);
+  const cv::Rect around =
+      cv::Rect(fixation.x - near_px, fixation.y - near_px, 2 * near_px + 1, 2 * near_px + 1) &
+      cv::Rect({0, 0}, size);
   std::vector<float> near;
   for (const cv::Mat* map : {&disparity.reliable, &disparity.dense}) {
     for (int v = around.y; near.size() < 10 && v < around.br().y; ++v) {
@@ -439,19 +470,14 @@ std::optional<Hypothesis> hypothesis_at(const cv::Point& fixation, const Dispari
   const double shifted_px = hypothesis.disparity_px + camera.doffs_px;
   if (shifted_px <= 0) return std::nullopt;
 
-  const auto disc = [&](double radius_m) {
-    const double radius_px = std::clamp(radius_m * shifted_px / camera.baseline_m, 4.0,
-                                        static_cast<double>(size.width + size.height));  // all of the image
-    cv::Mat filled = cv::Mat::zeros(size, CV_8UC1);
-    cv::circle(filled, fixation, static_cast<int>(radius_px), 255, cv::FILLED);
-    return filled;
-  };
-  const cv::Mat reach = disc(options.max_extent_m / 2), gaze = disc(0.01);
+  const cv::Mat reach =
+      disc_around(fixation, options.max_extent_m / 2, hypothesis.disparity_px, size, camera);
+  const cv::Mat gaze = disc_around(fixation, gaze_m, hypothesis.disparity_px, size, camera);
   const cv::Mat at_zero =
       near_zero_disparity(disparity.dense, hypothesis.disparity_px, zero_disparity_band_px(shifted_px));
-  const CoarseView view(disparity, camera);
+  const CoarseView view(disparity, camera, options.roi_px);
   cv::Mat standing = cv::Mat::zeros(size, CV_8UC1);
-  for (const Run& run : runs_between_steps(view, {{0, 0}, view.disparity.size()}, options.max_extent_m)) {
+  for (const Run& run : runs_between_steps(view, options.max_extent_m)) {
     const cv::Rect cells(run.first, run.v, run.last - run.first + 1, 1);
     standing(cv::Rect(cells.tl() * view.cell_px, cells.br() * view.cell_px)).setTo(255);
   }

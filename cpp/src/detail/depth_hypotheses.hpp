@@ -22,6 +22,13 @@ std::vector<Hypothesis> hypotheses_by_disparity(const RectifiedPair& pair, const
                                                 const StereoCamera& camera,
                                                 const SegmentationOptions& options);
 
+/// What the gaze rests on before it knows the object's outline.
+constexpr double gaze_m = 0.01;
+
+/// A disc of this radius at this disparity, CV_8UC1 of the image's size, 255 inside.
+cv::Mat disc_around(const cv::Point& centre, double radius_m, double disparity_px, const cv::Size& size,
+                    const StereoCamera& camera);
+
 /// The gaze is given: what surrounds this pixel of the left view at its depth, between steps in depth where
 /// there are any. Nothing where no disparity is known around it.
 std::optional<Hypothesis> hypothesis_at(const cv::Point& fixation, const Disparity& disparity,
