@@ -58,8 +58,9 @@ DEFINITIONS = f"""what is measured, for each level of cues and each axis:
   depth_error_median_mm, depth_error_p90_mm
                     of the dense disparity's depth over the found part of each found object, every object
                     counting the same; depth_known: the share of that part that has depth
-  time_ms           median a scene, one thread, by stage: stereo, segmentation. Other processes run beside
-                    it: --workers 1 on a quiet machine for times to quote
+  time_ms           median a scene, one thread, by stage: stereo (compute_disparity) and segmentation
+                    (segment_scene less the stereo). Other processes run beside it: --workers 1 on a quiet
+                    machine for times to quote
   saying_no         share of the pairs of a case that are answered with no object
   objects_left_out, cut_by_border
                     shares of the true objects that do not count, or touch the picture's border
