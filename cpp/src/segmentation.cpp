@@ -98,15 +98,25 @@ cv::Mat ground_of(const detail::Relief& relief, double least_px) {
   return ground;
 }
 
-/// On a plain table colour sees the objects whole; depth knows of what lies elsewhere.
-std::vector<Hypothesis> with_plain_table(std::vector<Hypothesis> by_colour, std::vector<Hypothesis> by_depth,
-                                         const detail::PlainTable& table) {
-  for (Hypothesis& hypothesis : by_depth) {
-    if (2 * cv::countNonZero(hypothesis.seeds & table.extent) > cv::countNonZero(hypothesis.seeds)) continue;
-    by_colour.push_back(std::move(hypothesis));
+/// On a plain table colour sees the objects whole, and depth tells those that touch; what lies elsewhere only
+/// depth knows of.
+std::vector<Hypothesis> with_plain_table(const std::vector<Hypothesis>& by_colour,
+                                         std::vector<Hypothesis> by_depth, const detail::PlainTable& table,
+                                         const cv::Mat& image, const StereoCamera& camera) {
+  std::vector<Hypothesis> all;
+  cv::Mat seen = grown(table.extent, 4);
+  for (const Hypothesis& hypothesis : by_colour) {
+    seen |= hypothesis.figure;
+    for (Hypothesis& part : detail::split_by_depth(hypothesis, by_depth, image, camera)) {
+      all.push_back(std::move(part));
+    }
   }
-  detail::sort_by_saliency(by_colour);
-  return by_colour;
+  for (Hypothesis& hypothesis : by_depth) {
+    if (2 * cv::countNonZero(hypothesis.seeds & seen) > cv::countNonZero(hypothesis.seeds)) continue;
+    all.push_back(std::move(hypothesis));
+  }
+  detail::sort_by_saliency(all);
+  return all;
 }
 
 /// The part of the options that depends on the image.
@@ -216,7 +226,7 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
     if (const auto plain = detail::find_plain_table(pair.left)) {
       hypotheses = with_plain_table(detail::hypotheses_on_plain_table(
                                         pair, disparity, *plain, result.table ? &relief : nullptr, camera),
-                                    std::move(hypotheses), *plain);
+                                    std::move(hypotheses), *plain, pair.left, camera);
     }
   }
   hypotheses = detail::looked_at(std::move(hypotheses), table, pair, disparity, camera, options);

@@ -137,4 +137,32 @@ std::vector<Hypothesis> hypotheses_on_plain_table(const RectifiedPair& pair, con
   return found;
 }
 
+std::vector<Hypothesis> split_by_depth(const Hypothesis& whole, const std::vector<Hypothesis>& by_depth,
+                                       const cv::Mat& image, const StereoCamera& camera) {
+  constexpr int least_seeds_px = 60;
+  constexpr double least_inside = 0.5;
+  std::vector<Hypothesis> parts;
+  cv::Mat markers = cv::Mat::zeros(image.size(), CV_32SC1);
+  for (const Hypothesis& hypothesis : by_depth) {
+    const cv::Mat seeds = hypothesis.seeds & whole.figure;
+    const int inside_px = cv::countNonZero(seeds);
+    if (inside_px < least_seeds_px || inside_px < least_inside * cv::countNonZero(hypothesis.seeds)) continue;
+    parts.push_back(hypothesis);
+    markers.setTo(static_cast<int>(parts.size()), seeds);
+  }
+  if (parts.size() < 2) return {whole};
+  markers.setTo(static_cast<int>(parts.size()) + 1, ~whole.figure);
+  cv::Mat bgr = image;
+  if (image.channels() == 1) cv::cvtColor(image, bgr, cv::COLOR_GRAY2BGR);
+  cv::watershed(bgr, markers);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    // The watershed's lines are nobody's: both sides may have them, the more salient first.
+    const cv::Mat basin = markers == static_cast<int>(i) + 1;
+    parts[i].figure = (basin | (grown(basin, 1) & (markers == -1))) & whole.figure;
+    parts[i].seeds = basin;
+    parts[i].saliency = saliency_of(cv::countNonZero(parts[i].figure), parts[i].disparity_px, camera);
+  }
+  return parts;
+}
+
 }  // namespace graspctx::detail

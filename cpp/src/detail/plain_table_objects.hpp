@@ -15,4 +15,9 @@ std::vector<Hypothesis> hypotheses_on_plain_table(const RectifiedPair& pair, con
                                                   const PlainTable& table, const Relief* relief,
                                                   const StereoCamera& camera);
 
+/// Objects that touch are one figure by colour. Where depth tells several in it, each gets the part of the
+/// figure around its own, up to the image's edges; otherwise the whole.
+std::vector<Hypothesis> split_by_depth(const Hypothesis& whole, const std::vector<Hypothesis>& by_depth,
+                                       const cv::Mat& image, const StereoCamera& camera);
+
 }  // namespace graspctx::detail
