@@ -207,27 +207,37 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
   detail::Relief relief;
   detail::TableFrame frame;
   cv::Mat table;
-  if (options.cues != CueLevel::disparity) {
-    result.table = fit_table_plane(pair, disparity, camera, options);
-    if (!result.table) {
-      result.warnings.emplace_back("no support plane: objects are told by steps in depth alone");
+  std::optional<detail::PlainTable> plain;
+  if (options.cues == CueLevel::colour) plain = detail::find_plain_table(pair.left);
+  if (options.cues != CueLevel::disparity) result.table = fit_table_plane(pair, disparity, camera, options);
+  if (result.table) relief = detail::relief_over_plane(pair, disparity, *result.table);
+  const bool plain_on_plane = plain && result.table && detail::lies_on_plane(*plain, relief);
+  if (plain && result.table && !plain_on_plane) {
+    if (!detail::outweighs_plane(*plain, relief)) {
+      plain.reset();
+    } else if (!options.table) {
+      result.table.reset();
     }
   }
+  if (options.cues != CueLevel::disparity && !result.table) {
+    result.warnings.emplace_back(plain ? "no support plane: objects are told by colour on a plain table"
+                                       : "no support plane: objects are told by steps in depth alone");
+  }
   if (result.table) {
-    relief = detail::relief_over_plane(pair, disparity, *result.table);
     result.heights_m = detail::heights_over_plane(relief.residual_px, *result.table, camera);
     frame = detail::table_frame(relief, *result.table, camera);
     hypotheses = detail::hypotheses_on_table(pair, relief, *result.table, frame, camera, options);
     table = ground_of(relief, 0.4);
-  } else {
+  } else if (!plain) {
     hypotheses = detail::hypotheses_by_disparity(pair, disparity, camera, options);
   }
-  if (options.cues == CueLevel::colour) {
-    if (const auto plain = detail::find_plain_table(pair.left)) {
-      hypotheses = with_plain_table(detail::hypotheses_on_plain_table(
-                                        pair, disparity, *plain, result.table ? &relief : nullptr, camera),
-                                    std::move(hypotheses), *plain, pair.left, camera);
-    }
+  if (plain) {
+    if (!plain_on_plane) hypotheses.clear();  // of another plane than the table's
+    hypotheses =
+        with_plain_table(detail::hypotheses_on_plain_table(
+                             pair, disparity, *plain, plain_on_plane ? &relief : nullptr, camera, options),
+                         std::move(hypotheses), *plain, pair.left, camera);
+    table = table.empty() ? plain->region : table | plain->region;
   }
   hypotheses = detail::looked_at(std::move(hypotheses), table, pair, disparity, camera, options);
   if (static_cast<int>(hypotheses.size()) > options.max_objects) {

@@ -44,21 +44,6 @@ std::optional<double> median_disparity(const cv::Mat& mask, const cv::Mat& relia
   return median(std::move(known));
 }
 
-/// Is the plane the table's own? Its outline lies on the plane, objects' outlines above, and nothing below.
-bool lies_on_plane(const PlainTable& table, const Relief& relief) {
-  constexpr float within_px = 0.7F, below_px = -1.5F;
-  constexpr int outline_px = 4, least_known_px = 50;
-  int known = 0, on = 0, below = 0;
-  for (const cv::Point& pixel : where(plain_table_outline(table, outline_px) & table.extent)) {
-    const float residual = relief.residual_px.at<float>(pixel);
-    if (std::isnan(residual)) continue;
-    ++known;
-    on += std::abs(residual) < within_px ? 1 : 0;
-    below += residual < below_px ? 1 : 0;
-  }
-  return known >= least_known_px && on > 0.25 * known && below < 0.25 * known;
-}
-
 /// What a figure that stands across the table's far edge goes on as beyond it: what has its depth and its
 /// colour, cut from the background.
 cv::Mat with_part_beyond(const cv::Mat& figure, const cv::Mat& image, const PlainTable& table,
@@ -100,24 +85,99 @@ cv::Mat with_part_beyond(const cv::Mat& figure, const cv::Mat& image, const Plai
   return parts_with_seeds(whole, figure);
 }
 
+/// Figures with the inside that colour took for table filled: a gradient of shading goes through the table's
+/// colour somewhere, but what is bare table has it all over.
+cv::Mat with_insides(const cv::Mat& figures, const cv::Mat& sigmas, const cv::Mat& shadow) {
+  constexpr int least_hole_px = 15, edge_px = 2;
+  constexpr float most_sigmas = 2;  // the largest of the channels', for bare table 1.2 in the median
+  cv::Mat labels, stats, centres, filled = figures.clone();
+  const int count = cv::connectedComponentsWithStats(~figures, labels, stats, centres, 4, CV_32S);
+  for (int label = 1; label < count; ++label) {
+    const cv::Rect box(stats.at<int>(label, cv::CC_STAT_LEFT), stats.at<int>(label, cv::CC_STAT_TOP),
+                       stats.at<int>(label, cv::CC_STAT_WIDTH), stats.at<int>(label, cv::CC_STAT_HEIGHT));
+    const int area_px = stats.at<int>(label, cv::CC_STAT_AREA);
+    if (box.x == 0 || box.y == 0 || box.br().x == figures.cols || box.br().y == figures.rows ||
+        area_px > static_cast<int>(figures.total() / 8)) {
+      continue;  // around the figures, not within one
+    }
+    const cv::Mat hole = labels(box) == label;
+    std::vector<float> apart;
+    for (const cv::Point& pixel : where(shrunk(hole, edge_px) & ~shadow(box))) {
+      apart.push_back(sigmas.at<float>(pixel + box.tl()));
+    }
+    if (area_px < least_hole_px || (!apart.empty() && median(std::move(apart)) > most_sigmas)) {
+      filled(box).setTo(255, hole);
+    }
+  }
+  return filled;
+}
+
+/// Does stereo see a figure, or its outline, stand out of the table? What is painted on it does not.
+bool has_relief(const cv::Mat& figure, const Relief& relief) {
+  constexpr float least_px = 0.25F, least_sigmas = 2.5F, below_px = -1;
+  constexpr int least_raised_px = 15;
+  constexpr double least_share = 0.2;
+  int known = 0, raised = 0, below = 0;
+  for (const cv::Point& pixel : where(grown(figure, 1))) {
+    const float residual = relief.residual_px.at<float>(pixel), sigma = relief.sigma_px.at<float>(pixel);
+    if (std::isnan(residual)) continue;
+    ++known;
+    raised += residual > std::max(least_px, least_sigmas * sigma) ? 1 : 0;
+    below += residual < below_px ? 1 : 0;
+  }
+  return raised >= least_raised_px && raised > least_share * known && raised > below;
+}
+
+/// Does a figure reach farther than any object does?
+bool is_too_large(const cv::Mat& figure, double disparity_px, const StereoCamera& camera,
+                  const SegmentationOptions& options) {
+  std::vector<cv::Point> points;
+  cv::findNonZero(figure, points);
+  const cv::RotatedRect box = cv::minAreaRect(points);
+  const double shorter_m =
+      std::min(box.size.width, box.size.height) * camera.depth_m(disparity_px) / camera.focal_px;
+  return shorter_m > std::max(options.max_extent_m, options.max_height_m);
+}
+
 }  // namespace
+
+bool lies_on_plane(const PlainTable& table, const Relief& relief) {
+  constexpr float within_px = 0.7F, below_px = -1.5F;
+  constexpr int outline_px = 4, least_known_px = 50;
+  int known = 0, on = 0, below = 0;
+  for (const cv::Point& pixel : where(plain_table_outline(table, outline_px) & table.extent)) {
+    const float residual = relief.residual_px.at<float>(pixel);
+    if (std::isnan(residual)) continue;
+    ++known;
+    on += std::abs(residual) < within_px ? 1 : 0;
+    below += residual < below_px ? 1 : 0;
+  }
+  return known >= least_known_px && on > 0.04 * known && below < 0.25 * known;
+}
+
+bool outweighs_plane(const PlainTable& table, const Relief& relief) {
+  const int plain_px = cv::countNonZero(table.region);
+  const int on_plane_px = cv::countNonZero((cv::abs(relief.residual_px) < 0.5) & ~table.extent);
+  return plain_px > on_plane_px;
+}
 
 std::vector<Hypothesis> hypotheses_on_plain_table(const RectifiedPair& pair, const Disparity& disparity,
                                                   const PlainTable& table, const Relief* relief,
-                                                  const StereoCamera& camera) {
+                                                  const StereoCamera& camera,
+                                                  const SegmentationOptions& options) {
   cv::Mat bgr = pair.left;
   if (bgr.channels() == 1) cv::cvtColor(pair.left, bgr, cv::COLOR_GRAY2BGR);
   const auto anywhere_px = median_disparity(table.extent, disparity.reliable);
   if (!anywhere_px) return {};  // nothing that stereo sees: a picture of a wall, or of nothing
   const TableComparison compared = compare_with_table(bgr, table);
-  const Relief* known_relief = relief != nullptr && lies_on_plane(table, *relief) ? relief : nullptr;
   constexpr double surely_off = 8, probably_off = 4.5;
   constexpr int least_sure_px = 15;
   cv::Mat off_table = compared.sigmas > probably_off;
   off_table = parts_holding(off_table, compared.sigmas > surely_off, least_sure_px);
-  const cv::Mat shadow = shadows_on_plain_table(compared, off_table, table, known_relief);
+  const cv::Mat shadow = shadows_on_plain_table(compared, off_table, table, relief);
   cv::Mat objects = without_mixed_edge(off_table & ~shadow, compared.sigmas) & table.extent;
   cv::morphologyEx(objects, objects, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_CROSS, {3, 3}));
+  objects = with_insides(objects, compared.sigmas, shadow);
 
   cv::Mat labels, stats, centres;
   const int count = cv::connectedComponentsWithStats(objects, labels, stats, centres, 8, CV_32S);
@@ -128,6 +188,8 @@ std::vector<Hypothesis> hypotheses_on_plain_table(const RectifiedPair& pair, con
     hypothesis.seeds = labels == label;
     const auto own_px = median_disparity(grown(hypothesis.seeds, 1), disparity.reliable);
     hypothesis.disparity_px = own_px.value_or(*anywhere_px);
+    if (relief != nullptr && !has_relief(hypothesis.seeds, *relief)) continue;
+    if (is_too_large(hypothesis.seeds, hypothesis.disparity_px, camera, options)) continue;
     hypothesis.figure = with_part_beyond(hypothesis.seeds, bgr, table, disparity);
     hypothesis.saliency =
         saliency_of(stats.at<int>(label, cv::CC_STAT_AREA), hypothesis.disparity_px, camera);

@@ -8,12 +8,19 @@
 
 namespace graspctx::detail {
 
+/// Is the plane the table's own? Its outline lies on the plane, objects' outlines above, and nothing below.
+bool lies_on_plane(const PlainTable& table, const Relief& relief);
+
+/// Of a plain table and a plane that is not its own only one can be the support: is more seen of the table?
+bool outweighs_plane(const PlainTable& table, const Relief& relief);
+
 /// What lies on a plain table, with its whole figure, most salient first: the connected pixels within the
 /// table's extent that are neither its colour nor its shadows', and what they go on as beyond its far edge.
 /// relief: over the plane, null where there is none.
 std::vector<Hypothesis> hypotheses_on_plain_table(const RectifiedPair& pair, const Disparity& disparity,
                                                   const PlainTable& table, const Relief* relief,
-                                                  const StereoCamera& camera);
+                                                  const StereoCamera& camera,
+                                                  const SegmentationOptions& options);
 
 /// Objects that touch are one figure by colour. Where depth tells several in it, each gets the part of the
 /// figure around its own, up to the image's edges; otherwise the whole.
