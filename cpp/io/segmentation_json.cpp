@@ -10,6 +10,10 @@ namespace {
 using detail::finite;
 using detail::Json;
 
+Json or_null(const std::optional<double>& value) {
+  return value ? Json(finite(*value)) : Json();
+}
+
 Json object_json(const ObjectHypothesis& object) {
   return {{"id", object.id},
           {"bounding_box_px", detail::to_json(object.bounding_box_px)},
@@ -18,7 +22,7 @@ Json object_json(const ObjectHypothesis& object) {
           {"touches_border", object.touches_border},
           {"leaves_table", object.leaves_table},
           {"size_m", object.size_m ? detail::to_json(*object.size_m) : Json()},
-          {"depth_m", object.depth_m ? Json(finite(*object.depth_m)) : Json()}};
+          {"depth_m", or_null(object.depth_m)}};
 }
 
 }  // namespace
@@ -35,6 +39,7 @@ std::string segmentation_to_json(const Segmentation& segmentation, CueLevel cues
                           {"cues", name_of(cues)},
                           {"table_plane", segmentation.table ? detail::to_json(*segmentation.table) : Json()},
                           {"objects", std::move(objects)},
+                          {"vertical_offset_px", or_null(segmentation.vertical_offset_px)},
                           {"warnings", segmentation.warnings},
                           {"timings_ms", detail::to_json(timings_ms)}},
                          indent);

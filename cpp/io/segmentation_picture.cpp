@@ -516,6 +516,11 @@ cv::Mat numbers(const Scene& scene) {
     for (const std::string& mark : marks_of(objects[i])) text += ", " + mark;
     add(text, 2 * chip);
   }
+  if (scene.shown.vertical_offset_px) {
+    baseline += layout.line_px() / 2;
+    add("rows of the views apart by " + decimal_text(std::abs(*scene.shown.vertical_offset_px), 1) + " px",
+        0);
+  }
   for (const std::string& warning : scene.shown.warnings) {
     baseline += layout.line_px() / 2;
     add("warning: " + warning, 0);

@@ -111,6 +111,7 @@ Segmentation made_up_segmentation() {
   Segmentation segmentation;
   segmentation.instance_ids = cv::Mat::zeros(480, 640, CV_8UC1);
   segmentation.table = TablePlane{0.1, 0.2, 3, {0, -0.6, -0.8}, 0.7, 0.1};
+  segmentation.vertical_offset_px = 2.5;
   segmentation.warnings = {"the views are 2.5 px apart"};
   ObjectHypothesis object;
   object.id = 1;
@@ -134,7 +135,9 @@ TEST(SegmentationJson, FollowsTheSchema) {
     for (const auto& [name, value] : object.items()) names += name + " ";
     return names;
   };
-  EXPECT_EQ(keys(ordered), "schema graspctx frame image_size cues table_plane objects warnings timings_ms ");
+  EXPECT_EQ(
+      keys(ordered),
+      "schema graspctx frame image_size cues table_plane objects vertical_offset_px warnings timings_ms ");
   EXPECT_EQ(keys(ordered["objects"][0]),
             "id bounding_box_px centroid_px saliency touches_border leaves_table size_m depth_m ");
   EXPECT_EQ(keys(ordered["timings_ms"]), "disparity a ");
@@ -142,6 +145,7 @@ TEST(SegmentationJson, FollowsTheSchema) {
   EXPECT_EQ(document["image_size"], (json{640, 480}));
   EXPECT_EQ(document["cues"], "plane");
   EXPECT_EQ(document["table_plane"]["offset_m"], 0.7);
+  EXPECT_EQ(document["vertical_offset_px"], 2.5);
   EXPECT_EQ(document["warnings"], (json{"the views are 2.5 px apart"}));
   const json& object = document["objects"][0];
   EXPECT_EQ(object["centroid_px"][1].get<double>(), 1.0 / 3);
@@ -160,6 +164,7 @@ TEST(SegmentationJson, NothingFoundIsAnAnswerAndWhatIsNotFiniteIsNone) {
   const json document = json::parse(segmentation_to_json(nothing, CueLevel::colour));
   EXPECT_EQ(document["objects"], json::array());
   EXPECT_EQ(document["table_plane"], nullptr);
+  EXPECT_EQ(document["vertical_offset_px"], nullptr);
   EXPECT_EQ(document["warnings"], json::array());
   Segmentation bad = made_up_segmentation();
   bad.objects[1].depth_m = std::nan("");

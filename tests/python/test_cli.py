@@ -379,8 +379,8 @@ SEGMENTED_KEYS = [
     "depth_m",
 ]
 SEGMENTATION_KEYS = [
-    *["schema", "graspctx", "frame", "image_size", "cues", "table_plane", "objects", "warnings"],
-    "timings_ms",
+    *["schema", "graspctx", "frame", "image_size", "cues", "table_plane", "objects"],
+    *["vertical_offset_px", "warnings", "timings_ms"],
 ]
 
 
@@ -396,6 +396,7 @@ def test_segmentation_json_is_as_documented(cli, mug_pair, detection, tmp_path):
     assert found["schema"] == 1 and found["cues"] == "colour" and found["warnings"] == []
     assert found["image_size"] == [640, 480]
     assert found["table_plane"] == detection["table_plane"]
+    assert abs(found["vertical_offset_px"]) < 0.3
     assert list(found["timings_ms"]) == ["rectify", "disparity", "segmentation"]
     ids = np.asarray(Image.open(tmp_path / "mask.png"))
     assert found["objects"], "the bundled pair shows a mug"
@@ -426,6 +427,18 @@ def test_no_object_is_an_answer_of_segment(cli, tmp_path):
     assert found["warnings"] and all(warning in result.stderr for warning in found["warnings"])
     assert not np.asarray(Image.open(tmp_path / "mask.png")).any()
     assert Image.open(tmp_path / "scene.png").size[0] > 2000
+
+
+def test_badly_rectified_views_are_warned_about(cli, mug_pair, tmp_path):
+    with Image.open(mug_pair.right) as image:
+        right = np.roll(np.asarray(image), 3, axis=0)
+    Image.fromarray(right).save(tmp_path / "lower.png")
+    views = [mug_pair.left, tmp_path / "lower.png", "--calibration", mug_pair.calibration]
+    result = cli("segment", *views, "--json", "-")
+    found = json.loads(succeed(result))
+    assert found["vertical_offset_px"] == pytest.approx(3, abs=0.3)
+    assert any("px" in warning for warning in found["warnings"])
+    assert all(warning in result.stderr for warning in found["warnings"])
 
 
 def test_picture_of_a_segmentation(cli, mug_pair, tmp_path):
