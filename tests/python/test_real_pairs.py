@@ -65,7 +65,7 @@ def test_the_disparity_takes_the_chair_arm_along_and_the_colour_gives_the_mug_al
 
 
 def test_a_box_around_the_mug_holds_it_at_every_level(adirondack, mug):
-    for cues, least in (("disparity", 0.6), ("plane", 0.6), ("colour", 0.8)):
+    for cues, least in (("disparity", 0.5), ("plane", 0.5), ("colour", 0.8)):
         found = gc.segment_objects(*adirondack, cues=cues, roi_px=(335, 105, 70, 70))
         assert iou(found > 0, mug) > least, cues
         outside = found.copy()
