@@ -98,11 +98,11 @@ cv::Mat ground_of(const detail::Relief& relief, double least_px) {
   return ground;
 }
 
-/// On a plain table colour sees the objects whole, and depth tells those that touch; what lies elsewhere only
-/// depth knows of.
+/// On a plain table colour sees the objects whole, and depth tells those that touch. What lies elsewhere only
+/// depth knows of; without a plane it is taken for the background.
 std::vector<Hypothesis> with_plain_table(const std::vector<Hypothesis>& by_colour,
                                          std::vector<Hypothesis> by_depth, const detail::PlainTable& table,
-                                         const cv::Mat& image, const StereoCamera& camera) {
+                                         const cv::Mat& image, const StereoCamera& camera, bool has_plane) {
   std::vector<Hypothesis> all;
   cv::Mat seen = grown(table.extent, 4);
   for (const Hypothesis& hypothesis : by_colour) {
@@ -111,6 +111,7 @@ std::vector<Hypothesis> with_plain_table(const std::vector<Hypothesis>& by_colou
       all.push_back(std::move(part));
     }
   }
+  if (!has_plane) by_depth.clear();
   for (Hypothesis& hypothesis : by_depth) {
     if (2 * cv::countNonZero(hypothesis.seeds & seen) > cv::countNonZero(hypothesis.seeds)) continue;
     all.push_back(std::move(hypothesis));
@@ -228,15 +229,15 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
     frame = detail::table_frame(relief, *result.table, camera);
     hypotheses = detail::hypotheses_on_table(pair, relief, *result.table, frame, camera, options);
     table = ground_of(relief, 0.4);
-  } else if (!plain) {
+  } else {
     hypotheses = detail::hypotheses_by_disparity(pair, disparity, camera, options);
   }
   if (plain) {
-    if (!plain_on_plane) hypotheses.clear();  // of another plane than the table's
+    if (result.table && !plain_on_plane) hypotheses.clear();  // of another plane than the table's
     hypotheses =
         with_plain_table(detail::hypotheses_on_plain_table(
                              pair, disparity, *plain, plain_on_plane ? &relief : nullptr, camera, options),
-                         std::move(hypotheses), *plain, pair.left, camera);
+                         std::move(hypotheses), *plain, pair.left, camera, plain_on_plane);
     table = table.empty() ? plain->region : table | plain->region;
   }
   hypotheses = detail::looked_at(std::move(hypotheses), table, pair, disparity, camera, options);
