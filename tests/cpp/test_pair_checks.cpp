@@ -138,6 +138,17 @@ TEST(PairChecks, WhatHoldsNoDepthHoldsNoObject) {
     }
   }
   EXPECT_TRUE(says(segment({black, black}), "hardly any texture"));
+  // The same dots in both views, as dust in front of them, are no objects either; a pencil's outline is more.
+  RectifiedPair dust{plain.clone(), plain.clone()};
+  std::mt19937 again(6), and_again(6);
+  add_dots(dust.left, again);
+  add_dots(dust.right, and_again);
+  cv::warpAffine(dust.right, dust.right, cv::Matx23d(1, 0, -40, 0, 1, 0), dust.right.size(), cv::INTER_LINEAR,
+                 cv::BORDER_REPLICATE);
+  EXPECT_TRUE(says(segment(dust), "nothing but specks"));
+  cv::rectangle(dust.left, cv::Rect(300, 200, 100, 6), cv::Scalar(20, 20, 30), cv::FILLED);
+  cv::rectangle(dust.right, cv::Rect(260, 200, 100, 6), cv::Scalar(20, 20, 30), cv::FILLED);
+  EXPECT_FALSE(says(segment(dust), "specks"));
   EXPECT_TRUE(says(segment(twice), "the same picture"));
   EXPECT_TRUE(says(segment({pair.left, black}), "not a rectified stereo pair"));
 }

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <utility>
+#include <vector>
 
 #include "detail/number_text.hpp"
 #include "detail/quantile.hpp"
@@ -44,6 +45,20 @@ TexturedPixels textured_pixels(const cv::Mat& left, const Disparity& disparity) 
   return result;
 }
 
+/// Is nothing larger to be seen than specks? Dust and hot pixels agree between the views by chance, and the
+/// outline of an object is longer.
+bool shows_specks_only(const cv::Mat& left) {
+  constexpr double texture_sigmas = 3, largest_share_of_width = 0.04;
+  cv::Mat textured = horizontal_texture(left.t(), texture_sigmas).t(), labels, boxes, centroids;
+  textured |= horizontal_texture(left, texture_sigmas);
+  const int components = cv::connectedComponentsWithStats(textured, labels, boxes, centroids);
+  for (int i = 1; i < components; ++i) {
+    const int side = std::max(boxes.at<int>(i, cv::CC_STAT_WIDTH), boxes.at<int>(i, cv::CC_STAT_HEIGHT));
+    if (side > largest_share_of_width * left.cols) return false;
+  }
+  return true;
+}
+
 std::string rounded(double value, double step) {
   // A whole number of tenths or hundredths over ten or a hundred is the number that is written so.
   return number_text(std::round(value / step) / std::round(1 / step));
@@ -72,9 +87,15 @@ PairChecks check_pair(const RectifiedPair& pair, const Disparity& disparity, dou
   constexpr double least_textured_share = 0.0005;  // an object's outline at least
   constexpr double no_disparity_px = 0.5;
   PairChecks checks;
-  const TexturedPixels textured = textured_pixels(grey(pair.left), disparity);
+  const cv::Mat left = grey(pair.left);
+  const TexturedPixels textured = textured_pixels(left, disparity);
   if (textured.share_of_image < least_textured_share) {
     checks.refusal = "the left view shows hardly any texture: there is nothing to match";
+    return checks;
+  }
+  constexpr double sparse_share = 0.02;
+  if (textured.share_of_image < sparse_share && shows_specks_only(left)) {
+    checks.refusal = "the left view shows nothing but specks: there is no outline to match";
     return checks;
   }
   const auto measured = measure_vertical_offset(pair, disparity);
