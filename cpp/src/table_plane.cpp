@@ -1,10 +1,15 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <opencv2/imgproc.hpp>
 #include <random>
 #include <vector>
 
+#include "detail/masks.hpp"
+#include "detail/outline_match.hpp"
+#include "detail/plain_table.hpp"
+#include "detail/plain_table_plane.hpp"
 #include "detail/plane_geometry.hpp"
 #include "detail/quantile.hpp"
 #include "detail/scene_checks.hpp"
@@ -195,6 +200,88 @@ Coefficients refine_on_grey_levels(const Coefficients& start, const RectifiedPai
   return largest_change <= within_px + 1 ? plane : start;
 }
 
+/// The plane that most of the known disparities lie on.
+std::optional<TablePlane> textured_plane(const RectifiedPair& pair, const cv::Mat& disparity,
+                                         const StereoCamera& camera,
+                                         const std::optional<Eigen::Vector3d>& gravity) {
+  constexpr double wanted = 5000;
+  const std::vector<Sample> few = grid_samples(disparity, wanted);
+  if (few.size() < 50) return std::nullopt;
+  const auto drawn = ransac(few, camera, gravity);
+  if (!drawn) return std::nullopt;
+  const std::vector<Sample> many = grid_samples(disparity, 40000);
+  const Coefficients fitted = refine_on_disparities(*drawn, many);
+  const double rough_sigma_px = spread_px(fitted, many, 2 * inlier_px);
+  const Coefficients refined = refine_on_grey_levels(fitted, pair, disparity, rough_sigma_px);
+
+  TablePlane plane = detail::plane_from_disparity(refined, camera);
+  plane.sigma_px = spread_px(refined, many, 2 * inlier_px);
+  if (!looks_like_a_table(plane, gravity)) return std::nullopt;
+  // A plane that carries hardly anything of what is known, or is hardly seen, is no support: the edges of a
+  // table without texture lie on many planes.
+  constexpr double least_share_of_known = 0.2, least_share_of_image = 0.1;
+  double on_plane = 0;
+  for (const Sample& sample : few)
+    on_plane += std::abs(residual(refined, sample)) < 3 * plane.sigma_px ? 1 : 0;
+  if (on_plane <
+      std::max(least_share_of_known * static_cast<double>(few.size()), least_share_of_image * wanted)) {
+    return std::nullopt;
+  }
+  return plane;
+}
+
+/// The plain region, unless stereo knows it nonetheless: what is plain to the eye may be a faint texture.
+std::optional<detail::PlainTable> plain_for_stereo(const cv::Mat& image, const cv::Mat& disparity) {
+  auto plain = detail::find_plain_table(image);
+  if (!plain) return plain;
+  constexpr double most_known = 0.12;
+  const cv::Mat inner = detail::shrunk(plain->region, 5),
+                known = disparity == disparity;  // NaN is not itself
+  if (cv::countNonZero(known & inner) > most_known * cv::countNonZero(inner)) plain.reset();
+  return plain;
+}
+
+/// Does what is seen within a plain region hover over a plane, higher than any object? Then the region is a
+/// support of its own, and the plane is the floor beneath.
+bool is_beneath(const TablePlane& plane, const detail::PlainTable& plain, const cv::Mat& disparity,
+                const StereoCamera& camera, double max_height_m) {
+  const cv::Mat within = detail::grown(plain.extent, 4);
+  int hovering = 0, known = 0;
+  for (int v = 0; v < disparity.rows; ++v) {
+    for (int u = 0; u < disparity.cols; ++u) {
+      const float d = disparity.at<float>(v, u);
+      if (std::isnan(d) || !within.at<uchar>(v, u)) continue;
+      ++known;
+      hovering += detail::height_m(plane, camera, u, v, d) > max_height_m ? 1 : 0;
+    }
+  }
+  return known >= 50 && hovering > known / 2;
+}
+
+/// The plane of a table without texture; `floor` is a plane beneath it where one is known.
+std::optional<TablePlane> plain_plane(const RectifiedPair& pair, const Disparity& disparity,
+                                      const StereoCamera& camera, const detail::PlainTable& plain,
+                                      const std::optional<Eigen::Vector3d>& gravity,
+                                      const std::optional<TablePlane>& floor) {
+  // Somewhat nearer than what the first pass knows.
+  std::vector<float> known;
+  for (const Sample& sample : grid_samples(disparity.reliable, 40000)) {
+    known.push_back(static_cast<float>(sample.disparity_px));
+  }
+  if (known.empty()) return std::nullopt;
+  const int most_px = static_cast<int>(1.25 * detail::quantile(known, 0.99)) + 8;
+  const auto outline = detail::match_outline(pair, plain.region, most_px);
+  const cv::Moments moments = cv::moments(plain.region, true);
+  const Eigen::Vector2d centre_px(moments.m10 / moments.m00, moments.m01 / moments.m00);
+  const auto is_support = [&](const TablePlane& plane) { return looks_like_a_table(plane, gravity); };
+  auto plane = detail::plane_under_outline(outline, camera, centre_px, is_support);
+  constexpr double sure_px = 0.8;  // of a floor whose angle can be relied on
+  if (!plane && floor && floor->sigma_px < sure_px)
+    plane = detail::level_plane_under_outline(outline, camera, floor->normal);
+  if (!plane && gravity) plane = detail::level_plane_under_outline(outline, camera, -gravity->normalized());
+  return plane;
+}
+
 }  // namespace
 
 std::optional<TablePlane> fit_table_plane(const RectifiedPair& pair, const Disparity& disparity,
@@ -202,32 +289,23 @@ std::optional<TablePlane> fit_table_plane(const RectifiedPair& pair, const Dispa
   options.check();
   camera.check();
   detail::require_scene(pair, disparity);
-
-  const std::vector<Sample> few = grid_samples(disparity.reliable, 5000);
   if (options.table) {
     TablePlane known =
         detail::plane_in_view(options.table->normal.normalized(), options.table->offset_m, camera);
-    known.sigma_px = spread_px({known.alpha, known.beta, known.delta_px}, few, 2 * inlier_px);
+    known.sigma_px = spread_px({known.alpha, known.beta, known.delta_px},
+                               grid_samples(disparity.reliable, 5000), 2 * inlier_px);
     return known;
   }
-  if (few.size() < 50) return std::nullopt;
-  const auto drawn = ransac(few, camera, options.gravity);
-  if (!drawn) return std::nullopt;
-  const std::vector<Sample> many = grid_samples(disparity.reliable, 40000);
-  const Coefficients fitted = refine_on_disparities(*drawn, many);
-  const double rough_sigma_px = spread_px(fitted, many, 2 * inlier_px);
-  const Coefficients refined = refine_on_grey_levels(fitted, pair, disparity.reliable, rough_sigma_px);
-
-  TablePlane plane = detail::plane_from_disparity(refined, camera);
-  plane.sigma_px = spread_px(refined, many, 2 * inlier_px);
-  if (!looks_like_a_table(plane, options.gravity)) return std::nullopt;
-  // A plane that carries hardly anything of what is known is no support.
-  constexpr double least_share = 0.2;
-  double on_plane = 0;
-  for (const Sample& sample : few)
-    on_plane += std::abs(residual(refined, sample)) < 3 * plane.sigma_px ? 1 : 0;
-  if (on_plane < least_share * static_cast<double>(few.size())) return std::nullopt;
-  return plane;
+  const auto plain = plain_for_stereo(pair.left, disparity.reliable);
+  if (!plain) return textured_plane(pair, disparity.reliable, camera, options.gravity);
+  // Of the plain region the matcher knows the edges only, and those not well: they are for the outline.
+  cv::Mat elsewhere = disparity.reliable.clone();
+  elsewhere.setTo(std::numeric_limits<float>::quiet_NaN(), detail::grown(plain->extent, 4));
+  const auto textured = textured_plane(pair, elsewhere, camera, options.gravity);
+  if (textured && !is_beneath(*textured, *plain, disparity.reliable, camera, options.max_height_m)) {
+    return textured;
+  }
+  return plain_plane(pair, disparity, camera, *plain, options.gravity, textured);
 }
 
 }  // namespace graspctx

@@ -66,9 +66,11 @@ inline double solid_noise(const Eigen::Vector3d& point_m, double cell_m, std::ui
   return sum;
 }
 
+/// table_contrast: of the table's texture, grey levels; plain_box: the number of a box without texture,
+/// from 1.
 inline CastScene cast_scene(const StereoCamera& camera, const std::vector<Box>& boxes,
                             const Eigen::Isometry3d& cam_from_table = look_at_table(),
-                            const TableEdges& edges = {}) {
+                            const TableEdges& edges = {}, double table_contrast = 60, int plain_box = 0) {
   const cv::Size size(camera.width_px, camera.height_px);
   CastScene scene;
   scene.cam_from_table = cam_from_table;
@@ -122,7 +124,8 @@ inline CastScene cast_scene(const StereoCamera& camera, const std::vector<Box>& 
                              0.4 * solid_noise(point, 0.02, 70u + static_cast<unsigned>(hit));
         const Eigen::Vector3d base =
             hit ? boxes[static_cast<std::size_t>(hit) - 1].colour : Eigen::Vector3d(150, 150, 140);
-        const Eigen::Vector3d colour = base + Eigen::Vector3d::Constant(60 * noise);
+        const double contrast = hit == 0 ? table_contrast : hit == plain_box ? 0 : 60;
+        const Eigen::Vector3d colour = base + Eigen::Vector3d::Constant(contrast * noise);
         for (int c = 0; c < 3; ++c) image.at<cv::Vec3b>(v, u)[c] = cv::saturate_cast<uchar>(colour[c]);
         if (left) {
           scene.instance_ids.at<uchar>(v, u) = static_cast<uchar>(hit);

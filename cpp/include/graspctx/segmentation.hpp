@@ -87,8 +87,10 @@ GRASPCTX_EXPORT Segmentation segment_objects(const RectifiedPair& pair, const Di
 /// The supporting plane alone: options.table where it is known, otherwise a robust fit (RANSAC, Tukey,
 /// photometric refinement). A table is level within 15° where options.gravity says how things fall. Without
 /// it the camera is taken to be about upright, and only a plane that it looks down on by 8° to 75°, rolled by
-/// at most 35°, is a table: a wall is not, nor a table seen from right above. Nothing if no such plane
-/// supports anything. Of the options only table and gravity are used.
+/// at most 35°, is a table: a wall is not, nor a table seen from right above. A table without texture is
+/// fitted from below to its own border, shadows and what touches it. Nothing if no such plane supports
+/// anything, or if what is seen does not tell its angle and height: a wrong plane is worse than none. Of the
+/// options only table, gravity and max_height_m are used.
 GRASPCTX_EXPORT std::optional<TablePlane> fit_table_plane(const RectifiedPair& pair,
                                                           const Disparity& disparity,
                                                           const StereoCamera& camera,
