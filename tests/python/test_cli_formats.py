@@ -483,7 +483,7 @@ BROKEN = {
     "truncated image": ("scene_000001/left.png", truncated, "truncated", 1),
     "truncated depth": ("scene_000001/left_depth.png", truncated, "truncated", 1),
     "schema": (S, edited_scene(lambda scene: scene.update(schema=3)), "'schema' is 3, expected 1", 1),
-    "no objects": (S, edited_scene(lambda scene: scene.update(objects=[])), "holds id 1", None),
+    "no objects": (S, edited_scene(lambda scene: scene.update(objects=[])), None, 2),
     "same id twice": (
         S,
         edited_scene(lambda scene: scene["objects"].append(scene["objects"][0])),

@@ -282,3 +282,16 @@ def test_plots(detection, pair, mask, camera):
     with pytest.raises(TypeError, match="smaples"):
         gc.plot.plot_descriptor(pair[0], mask, smaples=120)
     matplotlib.pyplot.close("all")
+
+
+def test_the_bundled_mug_keeps_its_inside_and_its_handle_its_gap(mug_pair):
+    load = gc.read_image
+    ids = gc.segment_objects(
+        load(mug_pair.left),
+        load(mug_pair.right),
+        gc.StereoCamera.load(mug_pair.calibration),
+    )
+    body, inside, gap = ids[185, 349], ids[124, 349], ids[160, 397]
+    assert body > 0
+    assert inside == body  # its red is much like the table's
+    assert gap == 0

@@ -10,6 +10,7 @@ namespace graspctx::detail {
 
 namespace {
 
+constexpr float largest_misfit = 9;
 constexpr int reach_px = 40;  // farther from every seed, nothing is asked
 
 /// Squared colour difference of a left pixel and the right row at a fraction of a pixel, in units of its
@@ -25,7 +26,7 @@ class Misfit {
     noise_variance_ = static_cast<float>(4 * noise * noise);
   }
   float operator()(int u, double right_u) const {
-    constexpr float most = 9, gradient_share = 0.125F;
+    constexpr float gradient_share = 0.125F;
     const int whole = static_cast<int>(right_u);
     const auto part = static_cast<float>(right_u - whole);
     float sum = 0;
@@ -35,7 +36,7 @@ class Misfit {
       const float difference = left_[u * channels_ + c] - (here + part * gradient);
       sum += difference * difference / (noise_variance_ + gradient_share * gradient * gradient);
     }
-    return std::min(3 * sum / static_cast<float>(channels_), most);
+    return std::min(3 * sum / static_cast<float>(channels_), largest_misfit);
   }
 
  private:
@@ -65,6 +66,7 @@ cv::Mat odds_of_table(const Relief& relief, const TablePlane& plane, const cv::M
     }
   }
   cv::Mat better_as_object = cv::Mat::zeros(box.size(), CV_32FC1);
+  cv::Mat misfit_as_object(box.size(), CV_32FC1, cv::Scalar(largest_misfit));
   const double last = size.width - 1.001;
   for (int v = 0; v < box.height; ++v) {
     const Misfit misfit(relief, box.y + v);
@@ -75,14 +77,20 @@ cv::Mat odds_of_table(const Relief& relief, const TablePlane& plane, const cv::M
       const double as_object = as_table - residual_of[static_cast<std::size_t>(nearest.at<int>(v, u))];
       // Written so that a residual that is not a number fails too.
       if (!(as_object >= 0 && as_object <= last && as_table >= 0 && as_table <= last)) continue;
-      better_as_object.at<float>(v, u) = misfit(left_u, as_table) - misfit(left_u, as_object);
+      misfit_as_object.at<float>(v, u) = misfit(left_u, as_object);
+      better_as_object.at<float>(v, u) = misfit(left_u, as_table) - misfit_as_object.at<float>(v, u);
     }
   }
   cv::boxFilter(better_as_object, better_as_object, CV_32F, {3, 3});
-  constexpr double surest = -3;
-  cv::Mat sure = cv::max(better_as_object, surest);
-  sure = cv::min(sure, 0.0);
-  sure.copyTo(odds(box));
+  cv::boxFilter(misfit_as_object, misfit_as_object, CV_32F, {3, 3});
+  // For the object only its own pixels speak, and only where its disparity fits to the noise: the gap of a
+  // handle is hidden from the right view, and fits neither.
+  constexpr double fits = 1, surest_of_table = -3, surest_of_object = 6;
+  const cv::Mat fits_object = seeds(box) & (misfit_as_object < fits);
+  const cv::Mat of_table = cv::max(cv::min(better_as_object, 0.0), surest_of_table);
+  of_table.copyTo(odds(box));
+  const cv::Mat of_object = cv::min(better_as_object, surest_of_object);
+  of_object.copyTo(odds(box), fits_object & (better_as_object > 0));
   return odds;
 }
 
