@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "graspctx/segmentation.hpp"
+#include "overlap.hpp"
 #include "ray_cast.hpp"
 #include "synthetic.hpp"
 
@@ -13,6 +14,8 @@ namespace {
 
 using testing::Box;
 using testing::CastScene;
+using testing::iou;
+using testing::overlap;
 
 constexpr CueLevel levels[] = {CueLevel::disparity, CueLevel::plane, CueLevel::colour};
 
@@ -40,18 +43,6 @@ Segmentation segment(const RectifiedPair& pair, CueLevel cues) {
   SegmentationOptions options;
   options.cues = cues;
   return segment(pair, options);
-}
-
-double iou(const cv::Mat& a, const cv::Mat& b) {
-  return static_cast<double>(cv::countNonZero(a & b)) / std::max(1, cv::countNonZero(a | b));
-}
-
-double overlap(const cv::Mat& truth, const Segmentation& found) {
-  double best = 0;
-  for (const ObjectHypothesis& object : found.objects) {
-    best = std::max(best, iou(truth, found.instance_ids == object.id));
-  }
-  return best;
 }
 
 TEST(NoPlane, BoxesBeforeAFarWallAreFoundAndNothingElse) {

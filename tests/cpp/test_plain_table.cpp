@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "graspctx/segmentation.hpp"
+#include "overlap.hpp"
 #include "ray_cast.hpp"
 #include "synthetic.hpp"
 
@@ -12,6 +13,7 @@ namespace {
 
 using testing::Box;
 using testing::CastScene;
+using testing::overlap;
 
 const Box red_box{{-0.1, 0.03, 0.05}, {0.03, 0.02, 0.05}, 0.4, {60, 90, 200}};
 const Box blue_box{{0.1, 0.02, 0.02}, {0.05, 0.035, 0.02}, -0.3, {190, 120, 60}};
@@ -60,17 +62,6 @@ CastScene plain_scene(const std::vector<Box>& boxes, const Light& light) {
 
 Segmentation segment(const RectifiedPair& pair) {
   return segment_objects(pair, compute_disparity(pair), testing::test_camera());
-}
-
-double overlap(const CastScene& scene, int true_id, const Segmentation& found) {
-  const cv::Mat truth = scene.instance_ids == true_id;
-  double best = 0;
-  for (const ObjectHypothesis& object : found.objects) {
-    const cv::Mat mask = found.instance_ids == object.id;
-    best =
-        std::max(best, static_cast<double>(cv::countNonZero(mask & truth)) / cv::countNonZero(mask | truth));
-  }
-  return best;
 }
 
 TEST(PlainTable, ColourFindsEachObjectAndNoShadow) {

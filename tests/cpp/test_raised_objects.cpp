@@ -4,6 +4,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "graspctx/segmentation.hpp"
+#include "overlap.hpp"
 #include "ray_cast.hpp"
 #include "synthetic.hpp"
 
@@ -12,20 +13,10 @@ namespace {
 
 using testing::Box;
 using testing::CastScene;
+using testing::overlap;
 
 Segmentation segment(const CastScene& scene) {
   return segment_objects(scene.pair, compute_disparity(scene.pair), testing::test_camera());
-}
-
-/// Best overlap of a true mask with a found object.
-double overlap(const cv::Mat& truth, const Segmentation& found) {
-  double best = 0;
-  for (const ObjectHypothesis& object : found.objects) {
-    const cv::Mat mask = found.instance_ids == object.id;
-    best =
-        std::max(best, static_cast<double>(cv::countNonZero(mask & truth)) / cv::countNonZero(mask | truth));
-  }
-  return best;
 }
 
 TEST(RaisedObjects, OneBehindTheOtherAreTwo) {

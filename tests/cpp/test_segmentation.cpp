@@ -7,6 +7,7 @@
 
 #include "graspctx/error.hpp"
 #include "graspctx/segmentation.hpp"
+#include "overlap.hpp"
 #include "ray_cast.hpp"
 #include "synthetic.hpp"
 
@@ -15,6 +16,7 @@ namespace {
 
 using testing::Box;
 using testing::CastScene;
+using testing::overlap;
 
 const Box tall_box{{-0.08, 0.03, 0.05}, {0.03, 0.02, 0.05}, 0.4, {60, 90, 200}};
 const Box flat_box{{0.09, 0.02, 0.02}, {0.05, 0.035, 0.02}, -0.3, {190, 120, 60}};
@@ -42,18 +44,6 @@ Segmentation segment(const RectifiedPair& pair, CueLevel cues) {
   SegmentationOptions options;
   options.cues = cues;
   return segment(pair, options);
-}
-
-/// Best overlap of a true object with a found one.
-double overlap(const CastScene& scene, int true_id, const Segmentation& found) {
-  const cv::Mat truth = scene.instance_ids == true_id;
-  double best = 0;
-  for (const ObjectHypothesis& object : found.objects) {
-    const cv::Mat mask = found.instance_ids == object.id;
-    best =
-        std::max(best, static_cast<double>(cv::countNonZero(mask & truth)) / cv::countNonZero(mask | truth));
-  }
-  return best;
 }
 
 TEST(Segmentation, ColourFindsEachObjectAndNothingElse) {
