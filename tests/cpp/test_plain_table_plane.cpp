@@ -98,6 +98,23 @@ TEST(PlainTablePlane, ATableOverATexturedFloorIsNotTheFloor) {
   EXPECT_LT(height_apart_m(*plane, truth), 0.01);  // and not 0.6
 }
 
+TEST(PlainTablePlane, ItsBorderTellsItHoweverItSlants) {
+  // A corner of the table away from the camera: its sides run down at 20 to 30 degrees. The floor is as
+  // plain.
+  const Eigen::Isometry3d cam_from_table = testing::look_at_table(0.8, 0.7, 0.05);
+  const Box table{{0, -0.1, 0.598}, {0.3, 0.3, 0.002}, 0.85, {225, 240, 235}};
+  const Box box{{0.05, -0.05, 0.61}, {0.04, 0.03, 0.01}, 0.3, {190, 120, 60}};
+  Eigen::Isometry3d floor = Eigen::Isometry3d::Identity();
+  floor.translation().z() = -0.6;
+  CastScene scene = testing::cast_scene(camera, {table, box}, cam_from_table * floor, {}, 0, 1);
+  testing::add_noise(scene.pair, 1);
+  const auto plane = fit_table_plane(scene.pair, compute_disparity(scene.pair), camera);
+  const TablePlane truth = detail::plane_in_view(scene.table.normal, scene.table.offset_m - 0.6, camera);
+  ASSERT_TRUE(plane);
+  EXPECT_LT(angle_deg(*plane, truth), 1);
+  EXPECT_LT(height_apart_m(*plane, truth), 0.004);
+}
+
 TEST(PlainTablePlane, AnEmptyPlainTableHasNone) {
   CastScene scene = testing::cast_scene(camera, {}, testing::look_at_table(), {}, 0);
   testing::add_noise(scene.pair, 1);

@@ -14,10 +14,10 @@ struct OutlineMatch {
 };
 
 /// Disparities along the outline of a plain region (CV_8UC1, 255 = region), where the region ends in an edge
-/// that is not horizontal. Only the edge and the region's own side are compared: what lies beyond belongs to
-/// another depth where the region is a table and beyond is the floor. The edge belongs to what is nearer. At
-/// most one match for each run of the region in a row, with a disparity up to most_px; what matches in
-/// several places is left out.
+/// that is not nearly horizontal. Only the edge and the region's own side are compared, in rows that follow
+/// the edge: what lies beyond belongs to another depth where the region is a table and beyond is the floor.
+/// The edge belongs to what is nearer. At most one match for each run of the region in a row, with a
+/// disparity up to most_px; what matches in several places is left out.
 std::vector<OutlineMatch> match_outline(const RectifiedPair& pair, const cv::Mat& region, int most_px);
 
 }  // namespace graspctx::detail
