@@ -48,7 +48,7 @@ void paint_table(cv::Mat& image, const cv::Mat& instance_ids, const Eigen::Isome
   }
 }
 
-CastScene plain_scene(const std::vector<Box>& boxes, const Light& light) {
+CastScene plain_scene(const std::vector<Box>& boxes, const Light& light, double noise = 1) {
   const StereoCamera camera = testing::test_camera();
   const Eigen::Isometry3d left = testing::look_at_table();
   const Eigen::Isometry3d right = Eigen::Translation3d(-camera.baseline_m, 0, 0) * left;
@@ -56,7 +56,7 @@ CastScene plain_scene(const std::vector<Box>& boxes, const Light& light) {
   const CastScene other = testing::cast_scene(camera, boxes, right);  // knows the right view's objects
   paint_table(scene.pair.left, scene.instance_ids, left, camera, light);
   paint_table(scene.pair.right, other.instance_ids, right, camera, light);
-  testing::add_noise(scene.pair, 1);
+  testing::add_noise(scene.pair, noise);
   return scene;
 }
 
@@ -74,6 +74,26 @@ TEST(PlainTable, ColourFindsEachObjectAndNoShadow) {
 
 TEST(PlainTable, AShadowAloneIsNoObject) {
   EXPECT_TRUE(segment(plain_scene({}, shadows).pair).objects.empty());
+}
+
+/// What a gain after the sensor's rounding makes of slow shading.
+void round_to_steps(cv::Mat& image, double step) {
+  cv::Mat values;
+  image.convertTo(values, CV_32S, 1 / step);
+  values.convertTo(image, CV_8U, step);
+}
+
+TEST(PlainTable, StepsInItsShadingAreNoObjects) {
+  const Light lamp = [](double x, double y) { return 1 - 0.25 * (x * x + y * y); };
+  for (const double step : {2.0, 2.5, 3.0}) {
+    CastScene scene = plain_scene({red_box}, lamp, 0);
+    round_to_steps(scene.pair.left, step);
+    round_to_steps(scene.pair.right, step);
+    testing::add_noise(scene.pair, 0.5);
+    const Segmentation found = segment(scene.pair);
+    EXPECT_EQ(found.objects.size(), 1u) << "steps of " << step;
+    EXPECT_GT(overlap(scene, 1, found), 0.9) << "steps of " << step;
+  }
 }
 
 TEST(PlainTable, BrightnessChangesNothing) {

@@ -166,14 +166,15 @@ std::array<double, channels> spread(const cv::Mat& colour, const cv::Mat& expect
 /// The pixels of a region's colour that are connected with it.
 cv::Mat same_colour(const cv::Mat& colour, const cv::Mat& expected, const cv::Mat& region,
                     const std::array<double, channels>& sigma) {
-  constexpr double most_sigmas = 5;
+  // Where there is hardly any noise, shading goes in steps: of a few levels, if the image was brightened.
+  constexpr double most_sigmas = 5, step_levels = 3;
   cv::Mat like(colour.size(), CV_8UC1);
   for (int v = 0; v < like.rows; ++v) {
     for (int u = 0; u < like.cols; ++u) {
       const cv::Vec3f apart = colour.at<cv::Vec3f>(v, u) - expected.at<cv::Vec3f>(v, u);
       bool is_like = true;
       for (std::size_t c = 0; c < channels; ++c) {
-        is_like = is_like && std::abs(apart[int(c)]) < most_sigmas * sigma[c];
+        is_like = is_like && std::abs(apart[int(c)]) < std::max(step_levels, most_sigmas * sigma[c]);
       }
       like.at<uchar>(v, u) = is_like ? 255 : 0;
     }
@@ -233,7 +234,7 @@ std::optional<PlainTable> find_plain_table(const cv::Mat& image) {
   cv::morphologyEx(table.region, body, cv::MORPH_OPEN, cv::Mat::ones(15, 15, CV_8U));
   if (cv::countNonZero(body) == 0) return std::nullopt;
   table.extent = convex_hull(body);
-  const auto sigma = spread(view.colour, expected, best, view.noise);
+  const auto sigma = spread(view.colour, expected, region, view.noise);
   for (std::size_t c = 0; c < channels; ++c) {
     table.sigma[int(c)] = std::hypot(view.image_noise[c], sigma[c]);
   }

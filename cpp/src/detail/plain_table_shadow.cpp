@@ -70,7 +70,8 @@ bool stands_out(const cv::Rect& box, const cv::Mat& band, const Relief& relief) 
 }  // namespace
 
 TableComparison compare_with_table(const cv::Mat& image, const PlainTable& table) {
-  constexpr double blur_px = 0.8, least_sigma = 0.5;
+  constexpr double blur_px = 0.8;
+  constexpr double least_sigma = 0.75;  // shading goes in steps of grey levels
   const double averaged = 2 * std::sqrt(CV_PI) * blur_px;
   TableComparison compared;
   cv::Mat smooth;
