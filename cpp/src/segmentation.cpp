@@ -99,19 +99,20 @@ cv::Mat ground_of(const detail::Relief& relief, double least_px) {
 }
 
 /// On a plain table colour sees the objects whole, and depth tells those that touch. What lies elsewhere only
-/// depth knows of; without a plane it is taken for the background.
+/// depth knows of, and only where the table goes on.
 std::vector<Hypothesis> with_plain_table(const std::vector<Hypothesis>& by_colour,
                                          std::vector<Hypothesis> by_depth, const detail::PlainTable& table,
-                                         const cv::Mat& image, const StereoCamera& camera, bool has_plane) {
+                                         const std::vector<detail::Footprint>& footprints,
+                                         const cv::Mat& image, const StereoCamera& camera, bool goes_on) {
   std::vector<Hypothesis> all;
   cv::Mat seen = grown(table.extent, 4);
   for (const Hypothesis& hypothesis : by_colour) {
     seen |= hypothesis.figure;
-    for (Hypothesis& part : detail::split_by_depth(hypothesis, by_depth, image, camera)) {
+    for (Hypothesis& part : detail::split_by_depth(hypothesis, by_depth, footprints, image, camera)) {
       all.push_back(std::move(part));
     }
   }
-  if (!has_plane) by_depth.clear();
+  if (!goes_on) by_depth.clear();
   for (Hypothesis& hypothesis : by_depth) {
     if (2 * cv::countNonZero(hypothesis.seeds & seen) > cv::countNonZero(hypothesis.seeds)) continue;
     all.push_back(std::move(hypothesis));
@@ -234,10 +235,15 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
   }
   if (plain) {
     if (result.table && !plain_on_plane) hypotheses.clear();  // of another plane than the table's
-    hypotheses =
-        with_plain_table(detail::hypotheses_on_plain_table(
-                             pair, disparity, *plain, plain_on_plane ? &relief : nullptr, camera, options),
-                         std::move(hypotheses), *plain, pair.left, camera, plain_on_plane);
+    std::vector<detail::Footprint> footprints;
+    for (const Hypothesis& hypothesis : hypotheses) {
+      if (!plain_on_plane) break;
+      footprints.push_back(detail::footprint_of(hypothesis.seeds, relief, *result.table, frame, camera));
+    }
+    const auto by_colour = detail::hypotheses_on_plain_table(
+        pair, disparity, *plain, plain_on_plane ? &relief : nullptr, camera, options);
+    hypotheses = with_plain_table(by_colour, std::move(hypotheses), *plain, footprints, pair.left, camera,
+                                  plain_on_plane && detail::goes_on_textured(*plain, relief));
     table = table.empty() ? plain->region : table | plain->region;
   }
   hypotheses = detail::looked_at(std::move(hypotheses), table, pair, disparity, camera, options);

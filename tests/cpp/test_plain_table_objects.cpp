@@ -1,0 +1,83 @@
+// What lies on a plain table, by colour, on scenes of rectangles.
+#include <gtest/gtest.h>
+
+#include <opencv2/imgproc.hpp>
+
+#include "detail/plain_table_objects.hpp"
+#include "synthetic.hpp"
+
+namespace graspctx {
+namespace {
+
+using detail::Footprint;
+using detail::Hypothesis;
+
+const StereoCamera camera = testing::test_camera();
+const cv::Size size(camera.width_px, camera.height_px);
+const cv::Scalar bare(120, 120, 120), other(60, 90, 200);
+
+cv::Mat rectangle(const cv::Rect& box) {
+  cv::Mat mask = cv::Mat::zeros(size, CV_8UC1);
+  mask(box).setTo(255);
+  return mask;
+}
+
+/// The table fills the image below v = 100.
+detail::PlainTable lower_table(const cv::Mat& not_table) {
+  detail::PlainTable table;
+  table.extent = rectangle({0, 100, size.width, size.height - 100});
+  table.region = table.extent & ~not_table;
+  table.colour = cv::Mat(size, CV_32FC3, bare);
+  table.sigma = cv::Scalar::all(1);
+  return table;
+}
+
+Hypothesis hypothesis_of(const cv::Mat& mask) {
+  Hypothesis hypothesis;
+  hypothesis.seeds = mask;
+  hypothesis.figure = mask;
+  hypothesis.disparity_px = 60;
+  return hypothesis;
+}
+
+TEST(PlainTableObjects, WhatRunsAlongTheBorderIsBackground) {
+  const cv::Mat strip = rectangle({40, 100, 150, 8}), across = rectangle({300, 60, 40, 110});
+  cv::Mat image(size, CV_8UC3, bare);
+  image.setTo(other, strip | across);
+  const detail::PlainTable table = lower_table(strip | across);
+  Disparity disparity;
+  disparity.dense = cv::Mat(size, CV_32FC1, cv::Scalar(60));
+  disparity.reliable = disparity.dense;
+  const auto found = detail::hypotheses_on_plain_table({image, image}, disparity, table, nullptr, camera, {});
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].seeds.at<uchar>(140, 320), 255);
+}
+
+TEST(PlainTableObjects, TopAndFootAreOneObjectAndNeighboursAreTwo) {
+  const cv::Mat top = rectangle({200, 200, 80, 40}), foot = rectangle({200, 260, 80, 20});
+  const Hypothesis whole = hypothesis_of(rectangle({200, 200, 80, 80}));
+  const std::vector<Hypothesis> by_depth{hypothesis_of(top), hypothesis_of(foot)};
+  cv::Mat image(size, CV_8UC3, bare);
+  image.setTo(other, whole.figure);
+  const Footprint left{{0, 0}, {0.1F, 0}, {0.1F, 0.1F}, {0, 0.1F}};
+  const Footprint inside_left{{0.02F, 0.05F}, {0.08F, 0.05F}, {0.05F, 0.09F}};
+  const Footprint right{{0.09F, 0}, {0.2F, 0}, {0.2F, 0.1F}, {0.09F, 0.1F}};
+  const auto parts = [&](const std::vector<Footprint>& footprints) {
+    return detail::split_by_depth(whole, by_depth, footprints, image, camera).size();
+  };
+  EXPECT_EQ(parts({left, inside_left}), 1u);
+  EXPECT_EQ(parts({left, right}), 2u);
+  EXPECT_EQ(parts({}), 2u);  // without a plane
+}
+
+TEST(PlainTableObjects, TheTableGoesOnWhereMoreLiesOnItsPlane) {
+  const detail::PlainTable table = lower_table(cv::Mat::zeros(size, CV_8UC1));
+  detail::Relief relief;
+  relief.residual_px = cv::Mat(size, CV_32FC1, cv::Scalar(-9));
+  EXPECT_FALSE(detail::goes_on_textured(table, relief));
+  relief.residual_px.rowRange(0, 50).setTo(0.1);
+  EXPECT_TRUE(detail::goes_on_textured(table, relief));
+}
+
+}  // namespace
+}  // namespace graspctx
