@@ -21,6 +21,7 @@
 #include "detail/scene_checks.hpp"
 #include "detail/segment_disparity.hpp"
 #include "detail/table_evidence.hpp"
+#include "detail/table_fit.hpp"
 #include "detail/table_hypotheses.hpp"
 
 namespace graspctx {
@@ -210,8 +211,11 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
   detail::TableFrame frame;
   cv::Mat table;
   std::optional<detail::PlainTable> plain;
-  if (options.cues == CueLevel::colour) plain = detail::find_plain_table(pair.left);
-  if (options.cues != CueLevel::disparity) result.table = fit_table_plane(pair, disparity, camera, options);
+  if (options.cues != CueLevel::disparity) {
+    plain = detail::find_plain_table(pair.left);
+    result.table = detail::fit_table_plane(pair, disparity, camera, options, plain);
+  }
+  if (options.cues != CueLevel::colour) plain.reset();  // what lies on it is told by colour
   if (result.table) relief = detail::relief_over_plane(pair, disparity, *result.table);
   const bool plain_on_plane = plain && result.table && detail::lies_on_plane(*plain, relief);
   if (plain && result.table && !plain_on_plane) {

@@ -13,6 +13,7 @@
 #include "detail/plane_geometry.hpp"
 #include "detail/quantile.hpp"
 #include "detail/scene_checks.hpp"
+#include "detail/table_fit.hpp"
 #include "detail/texture.hpp"
 #include "graspctx/segmentation.hpp"
 
@@ -230,15 +231,12 @@ std::optional<TablePlane> textured_plane(const RectifiedPair& pair, const cv::Ma
   return plane;
 }
 
-/// The plain region, unless stereo knows it nonetheless: what is plain to the eye may be a faint texture.
-std::optional<detail::PlainTable> plain_for_stereo(const cv::Mat& image, const cv::Mat& disparity) {
-  auto plain = detail::find_plain_table(image);
-  if (!plain) return plain;
+/// Does stereo know a plain region nonetheless? What is plain to the eye may be a faint texture.
+bool is_known(const detail::PlainTable& plain, const cv::Mat& disparity) {
   constexpr double most_known = 0.12;
-  const cv::Mat inner = detail::shrunk(plain->region, 5),
+  const cv::Mat inner = detail::shrunk(plain.region, 5),
                 known = disparity == disparity;  // NaN is not itself
-  if (cv::countNonZero(known & inner) > most_known * cv::countNonZero(inner)) plain.reset();
-  return plain;
+  return cv::countNonZero(known & inner) > most_known * cv::countNonZero(inner);
 }
 
 /// Does what is seen within a plain region hover over a plane, higher than any object? Then the region is a
@@ -284,28 +282,36 @@ std::optional<TablePlane> plain_plane(const RectifiedPair& pair, const Disparity
 
 }  // namespace
 
-std::optional<TablePlane> fit_table_plane(const RectifiedPair& pair, const Disparity& disparity,
-                                          const StereoCamera& camera, const SegmentationOptions& options) {
-  options.check();
-  camera.check();
-  detail::require_scene(pair, disparity);
+std::optional<TablePlane> detail::fit_table_plane(const RectifiedPair& pair, const Disparity& disparity,
+                                                  const StereoCamera& camera,
+                                                  const SegmentationOptions& options,
+                                                  const std::optional<PlainTable>& plain) {
   if (options.table) {
-    TablePlane known =
-        detail::plane_in_view(options.table->normal.normalized(), options.table->offset_m, camera);
+    TablePlane known = plane_in_view(options.table->normal.normalized(), options.table->offset_m, camera);
     known.sigma_px = spread_px({known.alpha, known.beta, known.delta_px},
                                grid_samples(disparity.reliable, 5000), 2 * inlier_px);
     return known;
   }
-  const auto plain = plain_for_stereo(pair.left, disparity.reliable);
-  if (!plain) return textured_plane(pair, disparity.reliable, camera, options.gravity);
+  if (!plain || is_known(*plain, disparity.reliable))
+    return textured_plane(pair, disparity.reliable, camera, options.gravity);
   // Of the plain region the matcher knows the edges only, and those not well: they are for the outline.
   cv::Mat elsewhere = disparity.reliable.clone();
-  elsewhere.setTo(std::numeric_limits<float>::quiet_NaN(), detail::grown(plain->extent, 4));
+  elsewhere.setTo(std::numeric_limits<float>::quiet_NaN(), grown(plain->extent, 4));
   const auto textured = textured_plane(pair, elsewhere, camera, options.gravity);
   if (textured && !is_beneath(*textured, *plain, disparity.reliable, camera, options.max_height_m)) {
     return textured;
   }
   return plain_plane(pair, disparity, camera, *plain, options.gravity, textured);
+}
+
+std::optional<TablePlane> fit_table_plane(const RectifiedPair& pair, const Disparity& disparity,
+                                          const StereoCamera& camera, const SegmentationOptions& options) {
+  options.check();
+  camera.check();
+  detail::require_scene(pair, disparity);
+  std::optional<detail::PlainTable> plain;
+  if (!options.table) plain = detail::find_plain_table(pair.left);
+  return detail::fit_table_plane(pair, disparity, camera, options, plain);
 }
 
 }  // namespace graspctx
