@@ -79,6 +79,22 @@ TEST(PlainTablePlane, IsNotGuessed) {
   const auto level = detail::level_plane_under_outline(shadow, camera, true_table().normal);
   ASSERT_TRUE(level);
   EXPECT_LT(height_apart_m(*level, true_table()), 0.001);
+  // Among the outlines of one object, which are at all heights, some are level with it anywhere.
+  std::vector<OutlineMatch> object;
+  add_line(object, {280, 300}, {270, 100}, 0, 20);
+  add_line(object, {350, 300}, {360, 100}, 0, 20);
+  add_line(object, {320, 330}, {340, 310}, 5);
+  EXPECT_FALSE(detail::level_plane_under_outline(object, camera, true_table().normal));
+}
+
+TEST(PlainTablePlane, IsNotSeenInABlur) {
+  std::vector<OutlineMatch> outline;
+  add_line(outline, {40, 450}, {120, 150}, 0);
+  add_line(outline, {600, 440}, {500, 150}, 0);
+  ASSERT_TRUE(detail::plane_under_outline(outline, camera, centre_px, any_plane));
+  std::mt19937 generator(3);
+  for (OutlineMatch& match : outline) match.disparity_px += testing::uniform(generator, -0.8, 0.8);
+  EXPECT_FALSE(detail::plane_under_outline(outline, camera, centre_px, any_plane));
 }
 
 TEST(PlainTablePlane, ATableOverATexturedFloorIsNotTheFloor) {

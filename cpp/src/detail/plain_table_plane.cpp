@@ -132,7 +132,7 @@ std::optional<TablePlane> plane_under_outline(const std::vector<OutlineMatch>& o
   const auto drawn = drawn_plane(outline, camera, is_support);
   if (!drawn) return std::nullopt;
   const Fit fit = refined(*drawn, outline);
-  if (fit.on_plane < least_matches) return std::nullopt;
+  if (fit.on_plane < least_matches || fit.sigma_px > on_plane_px) return std::nullopt;
   TablePlane plane = plane_from_disparity(fit.plane, camera);
   plane.sigma_px = fit.sigma_px;
   if (!is_support(plane)) return std::nullopt;
@@ -160,6 +160,8 @@ std::optional<TablePlane> level_plane_under_outline(const std::vector<OutlineMat
                                                     const StereoCamera& camera,
                                                     const Eigen::Vector3d& normal) {
   constexpr int least_matches = 15;
+  constexpr double least_share =
+      0.25;  // some height is that of a few matches wherever an object's outline is
   // d + doffs of a plane with this normal is proportional to that of the plane at 1 m.
   const TablePlane unit = plane_in_view(normal, 1, camera);
   const auto through = [&](const OutlineMatch& match) {
@@ -186,7 +188,8 @@ std::optional<TablePlane> level_plane_under_outline(const std::vector<OutlineMat
     if (std::abs(residual(coefficients(best_offset_m), match)) < on_plane_px)
       offsets_m.push_back(through(match));
   }
-  if (offsets_m.size() < least_matches) return std::nullopt;
+  if (offsets_m.size() < least_matches || double(offsets_m.size()) < least_share * double(outline.size()))
+    return std::nullopt;
   const double offset_m = median(std::move(offsets_m));
   TablePlane plane = plane_in_view(normal, offset_m, camera);
   plane.sigma_px = spread_below_px(coefficients(offset_m), outline);
