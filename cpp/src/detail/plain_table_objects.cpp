@@ -118,6 +118,38 @@ cv::Mat with_insides(const cv::Mat& figures, const cv::Mat& sigmas, const cv::Ma
   return filled;
 }
 
+/// The connected figures of a mask, the largest first, each with the scraps beside it: where something thin
+/// has the table's colour for a few pixels it is still one thing.
+std::vector<cv::Mat> figures_with_scraps(const cv::Mat& mask) {
+  constexpr int gap_px = 4;
+  constexpr double largest_scrap = 0.125;  // of the figure; what is larger may be an object of its own
+  cv::Mat labels, stats, centres;
+  const int count = cv::connectedComponentsWithStats(mask, labels, stats, centres, 8, CV_32S);
+  std::vector<int> by_area;
+  for (int label = 1; label < count; ++label) by_area.push_back(label);
+  const auto area_px = [&](int label) { return stats.at<int>(label, cv::CC_STAT_AREA); };
+  std::stable_sort(by_area.begin(), by_area.end(), [&](int a, int b) { return area_px(a) > area_px(b); });
+  std::vector<char> taken(std::size_t(count), 0);
+  std::vector<cv::Mat> figures;
+  for (const int label : by_area) {
+    if (taken[std::size_t(label)]) continue;
+    cv::Mat figure = labels == label;
+    taken[std::size_t(label)] = 1;
+    for (bool joined = true; joined;) {  // scraps lead to others
+      joined = false;
+      for (const cv::Point& pixel : where(grown(figure, gap_px) & mask & ~figure)) {
+        const int other = labels.at<int>(pixel);
+        if (taken[std::size_t(other)] || area_px(other) > largest_scrap * area_px(label)) continue;
+        taken[std::size_t(other)] = 1;
+        figure |= labels == other;
+        joined = true;
+      }
+    }
+    figures.push_back(figure);
+  }
+  return figures;
+}
+
 /// Does stereo see a figure, or its outline, stand out of the table? What is painted on it does not.
 bool has_relief(const cv::Mat& figure, const Relief& relief) {
   constexpr float least_px = 0.25F, least_sigmas = 2.5F, below_px = -1;
@@ -210,21 +242,19 @@ std::vector<Hypothesis> hypotheses_on_plain_table(const RectifiedPair& pair, con
   cv::morphologyEx(objects, objects, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_CROSS, {3, 3}));
   objects = with_insides(objects, compared.sigmas, shadow);
 
-  cv::Mat labels, stats, centres;
-  const int count = cv::connectedComponentsWithStats(objects, labels, stats, centres, 8, CV_32S);
   std::vector<Hypothesis> found;
-  for (int label = 1; label < count; ++label) {
-    if (stats.at<int>(label, cv::CC_STAT_AREA) < least_figure_px) continue;
+  for (const cv::Mat& figure : figures_with_scraps(objects)) {
+    const int area_px = cv::countNonZero(figure);
+    if (area_px < least_figure_px) continue;
     Hypothesis hypothesis;
-    hypothesis.seeds = labels == label;
+    hypothesis.seeds = figure;
     const auto own_px = median_disparity(grown(hypothesis.seeds, 1), disparity.reliable);
     hypothesis.disparity_px = own_px.value_or(*anywhere_px);
     if (runs_along_border(hypothesis.seeds, table)) continue;
     if (relief != nullptr && !has_relief(hypothesis.seeds, *relief)) continue;
     if (is_too_large(hypothesis.seeds, hypothesis.disparity_px, camera, options)) continue;
     hypothesis.figure = with_part_beyond(hypothesis.seeds, bgr, table, disparity);
-    hypothesis.saliency =
-        saliency_of(stats.at<int>(label, cv::CC_STAT_AREA), hypothesis.disparity_px, camera);
+    hypothesis.saliency = saliency_of(area_px, hypothesis.disparity_px, camera);
     found.push_back(std::move(hypothesis));
   }
   sort_by_saliency(found);
