@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "detail/background_planes.hpp"
 #include "detail/masks.hpp"
 #include "detail/quantile.hpp"
 #include "detail/texture.hpp"
@@ -352,6 +353,38 @@ double explained_by_itself(const Outlined& o, const CoarseView& view, const cv::
   return as_ground / std::max({as_itself, noise * count, 1e-9});
 }
 
+/// How much better its own disparity explains what both views show of a piece than a plane through most of
+/// the scene: ratio of grey differences, at the best of planes nearby. A wall whose texture repeats, or is
+/// hardly to be seen, is matched wrongly in places, where the wall explains the views as well.
+double explained_before(const BackgroundPlane& plane, const Outlined& o, const CoarseView& view,
+                        const cv::Mat& left, const cv::Mat& right, double noise) {
+  constexpr double farthest_px = 1, step_px = 0.25;
+  const auto difference = [&](const cv::Point& at, double disparity) {
+    const double u_right = std::clamp(at.x - disparity, 0.0, right.cols - 1.001);
+    const int whole = static_cast<int>(u_right);
+    const auto* from = right.ptr<uchar>(at.y);
+    return std::abs(left.at<uchar>(at) - (from[whole] + (u_right - whole) * (from[whole + 1] - from[whole])));
+  };
+  const std::vector<cv::Point> cells = where(o.mask);
+  const auto sum = [&](const auto& disparity_of) {
+    double all = 0;
+    for (const cv::Point& cell : cells) {
+      const cv::Point at = (o.box.tl() + cell) * view.cell_px;
+      all += difference(at, disparity_of(o.box.tl() + cell, at));
+    }
+    return all;
+  };
+  const double as_itself =
+      sum([&](const cv::Point& cell, const cv::Point&) { return view.disparity.at<float>(cell); });
+  double as_plane = std::numeric_limits<double>::infinity();
+  for (double beside = -farthest_px; beside <= farthest_px; beside += step_px) {
+    as_plane = std::min(as_plane, sum([&](const cv::Point&, const cv::Point& at) {
+                          return plane.disparity_px(at.x, at.y) + beside;
+                        }));
+  }
+  return as_plane / std::max({as_itself, noise * static_cast<double>(cells.size()), 1e-9});
+}
+
 /// too_large: not an object itself, though its parts may be.
 enum class Verdict { object, too_large, no };
 
@@ -404,6 +437,8 @@ std::vector<Hypothesis> hypotheses_by_disparity(const RectifiedPair& pair, const
   const CoarseView view(disparity, camera, options.roi_px);
   const cv::Mat left = grey(pair.left), right = grey(pair.right);
   const double noise = noise_sigma(left);
+  constexpr double most_of_scene = 0.5;
+  const std::vector<BackgroundPlane> walls = background_planes(disparity.reliable, most_of_scene, 1);
   const std::vector<Run> runs = runs_between_steps(view, options.max_extent_m);
   std::vector<int> open;
   const std::vector<Piece> pieces = pieces_of(runs, links_between(runs, view), open);
@@ -427,6 +462,10 @@ std::vector<Hypothesis> hypotheses_by_disparity(const RectifiedPair& pair, const
     if (verdict != Verdict::object) continue;
     constexpr double least_explained = 1.3;
     if (explained_by_itself(outline, view, left, right, noise) < least_explained) continue;
+    if (!walls.empty() &&
+        explained_before(walls.front(), outline, view, left, right, noise) < least_explained) {
+      continue;
+    }
     Hypothesis hypothesis;
     hypothesis.seeds = cv::Mat::zeros(disparity.dense.size(), CV_8UC1);
     cv::Mat large;
