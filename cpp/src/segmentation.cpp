@@ -244,6 +244,9 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
         with_plain_table(detail::hypotheses_on_plain_table(
                              pair, disparity, *plain, plain_on_plane ? &relief : nullptr, camera, options),
                          std::move(hypotheses), *plain, pair.left, camera, plain_on_plane);
+    if (!result.table) {
+      detail::drop_parts_of_wall(pair, disparity, camera, options.max_extent_m, hypotheses);
+    }
     table = table.empty() ? plain->region : table | plain->region;
   }
   hypotheses = detail::looked_at(std::move(hypotheses), table, pair, disparity, camera, options);

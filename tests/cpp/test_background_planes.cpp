@@ -75,6 +75,25 @@ TEST(BackgroundPlanes, AWallWhoseTextureRepeatsHoldsNothing) {
   }
 }
 
+TEST(BackgroundPlanes, WhatIsPaintedOnAFaintWallIsNoObject) {
+  // The camera looks straight at it; what stands out by 6 cm does not belong to it.
+  const Eigen::Vector3d paint(130, 135, 128);
+  std::vector<Box> boxes{{{-0.1, 0.12, 0.0001}, {0.09, 0.008, 0.0001}, 0, paint},
+                         {{0.15, -0.1, 0.0001}, {0.09, 0.008, 0.0001}, 0, paint}};
+  const auto wall = testing::look_at_table(0.9, 1.5707, 0);
+  for (const bool object : {false, true}) {
+    if (object) boxes.push_back({{0.1, 0.1, 0.03}, {0.04, 0.03, 0.03}, 0.3, {60, 90, 200}});
+    CastScene scene = testing::cast_scene(test_camera(), boxes, wall, {}, 5);
+    testing::add_noise(scene.pair, 1);
+    const Segmentation found = segment_objects(scene.pair, compute_disparity(scene.pair), test_camera());
+    EXPECT_FALSE(found.table);
+    ASSERT_EQ(found.objects.size(), object ? 1u : 0u);
+    if (object) {
+      EXPECT_GT(overlap(scene, 3, found), 0.8);
+    }
+  }
+}
+
 TEST(BackgroundPlanes, AWallThatTouchesTheTableIsNoObjectInPieces) {
   // A pillar leaves two pieces of wall; what stands before it is one object.
   const Box left{{-0.32, 0.25, 0.2}, {0.24, 0.01, 0.2}, 0, {120, 140, 150}};
