@@ -58,8 +58,8 @@ Eigen::Vector3d refined(Eigen::Vector3d plane, const std::vector<Sample>& sample
 }
 
 std::optional<Eigen::Vector3d> largest_plane(const std::vector<Sample>& samples) {
-  constexpr int draws = 300;
-  constexpr std::size_t looked_at = 1500;
+  constexpr int draws = 200;
+  constexpr std::size_t looked_at = 600;
   const std::size_t every = samples.size() / looked_at + 1;
   std::mt19937 random(20090512);  // fixed: the same view always gives the same planes
   std::optional<Eigen::Vector3d> best;

@@ -164,27 +164,31 @@ double residual_of_table(const cv::Mat& residual_px, const cv::Mat& strangeness,
 /// The residual of a low object that explains the pixels best; 0 if that is not surely better than the plane.
 double residual_of_piece(const cv::Mat& left, const cv::Mat& right, const std::vector<cv::Point>& pixels,
                          double table_px, double stretch) {
-  constexpr double step_px = 0.0625, least_px = 0.15, least_ratio = 1.25;
+  constexpr double coarse_px = 0.5, fine_px = 0.0625, least_px = 0.15, least_ratio = 1.25;
   double best_px = 0, best = std::numeric_limits<double>::infinity();
-  for (double r = -highest_px / 2; r <= highest_px; r += step_px) {
-    const double misfit = difference(left, right, pixels, (table_px + r) / stretch);
-    if (misfit < best) {
-      best = misfit;
-      best_px = r;
+  const auto look = [&](double first_px, double last_px, double step_px) {
+    for (double r = first_px; r <= last_px; r += step_px) {
+      const double misfit = difference(left, right, pixels, (table_px + r) / stretch);
+      if (misfit < best) {
+        best = misfit;
+        best_px = r;
+      }
     }
-  }
+  };
+  look(-highest_px / 2, highest_px, coarse_px);
+  const double around_px = best_px;
+  look(around_px - coarse_px, around_px + coarse_px, fine_px);
   const double on_table = difference(left, right, pixels, table_px / stretch);
   if (best_px < least_px || best_px >= highest_px || on_table < least_ratio * best) return 0;
   return table_px + best_px;
 }
 
-cv::Mat strangeness_in_view(const cv::Mat& image, const cv::Mat& strangeness_of) {
-  const cv::Mat lab = smooth_lab(image);
-  cv::Mat strangeness(image.size(), CV_8UC1);
+cv::Mat strangeness_in_view(const cv::Mat& lab, const cv::Mat& strangeness_of) {
+  cv::Mat strangeness(lab.size(), CV_8UC1);
   for (int v = 0; v < lab.rows; ++v) {
-    for (int u = 0; u < lab.cols; ++u) {
-      strangeness.at<uchar>(v, u) = strangeness_of.ptr<uchar>()[ColourCells::of(lab.at<cv::Vec3b>(v, u))];
-    }
+    const auto* colour = lab.ptr<cv::Vec3b>(v);
+    auto* to = strangeness.ptr<uchar>(v);
+    for (int u = 0; u < lab.cols; ++u) to[u] = strangeness_of.ptr<uchar>()[ColourCells::of(colour[u])];
   }
   return strangeness;
 }
@@ -206,13 +210,14 @@ StrangeViews strange_views(const cv::Mat& left, const TablePlane& plane, const c
                            const Relief& relief) {
   constexpr double surely_raised_px = 1;
   const cv::Mat raised = grown(relief.residual_px > surely_raised_px, 8);
-  const cv::Mat strangeness_of = strangeness_of_colours(colour_counts(smooth_lab(left), table & ~raised));
+  const cv::Mat lab = smooth_lab(left);
+  const cv::Mat strangeness_of = strangeness_of_colours(colour_counts(lab, table & ~raised));
   cv::Mat right;
   right_view_over_plane(relief.right, plane, cv::Mat::zeros(left.size(), CV_32FC1)).convertTo(right, CV_8U);
   StrangeViews views;
-  views.left = strangeness_in_view(left, strangeness_of);
+  views.left = strangeness_in_view(lab, strangeness_of);
   views.smooth_left = smooth_outlines(views.left);
-  views.smooth_right = smooth_outlines(strangeness_in_view(right, strangeness_of));
+  views.smooth_right = smooth_outlines(strangeness_in_view(smooth_lab(right), strangeness_of));
   return views;
 }
 
