@@ -20,6 +20,7 @@
 #include "detail/relief.hpp"
 #include "detail/scene_checks.hpp"
 #include "detail/segment_disparity.hpp"
+#include "detail/strange_colours.hpp"
 #include "detail/table_evidence.hpp"
 #include "detail/table_fit.hpp"
 #include "detail/table_hypotheses.hpp"
@@ -230,9 +231,14 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
                                        : "no support plane: objects are told by steps in depth alone");
   }
   if (result.table) {
-    result.heights_m = detail::heights_over_plane(relief.residual_px, *result.table, camera);
     frame = detail::table_frame(relief, *result.table, camera);
+    std::vector<cv::Mat> low;
+    if (options.cues == CueLevel::colour) {
+      low = detail::raise_strange_colours(pair, *result.table, frame, camera, relief);
+    }
+    result.heights_m = detail::heights_over_plane(relief.residual_px, *result.table, camera);
     hypotheses = detail::hypotheses_on_table(pair, relief, *result.table, frame, camera, options);
+    detail::add_low_objects(low, *result.table, frame, relief, camera, options, hypotheses);
     table = ground_of(relief, 0.4);
   } else {
     hypotheses = detail::hypotheses_by_disparity(pair, disparity, camera, options);
@@ -248,6 +254,9 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
         pair, disparity, *plain, plain_on_plane ? &relief : nullptr, camera, options);
     hypotheses = with_plain_table(by_colour, std::move(hypotheses), *plain, footprints, pair.left, camera,
                                   plain_on_plane && detail::goes_on_textured(*plain, relief));
+    if (!result.table) {
+      detail::drop_parts_of_wall(pair, disparity, camera, options.max_extent_m, hypotheses);
+    }
     table = table.empty() ? plain->region : table | plain->region;
   }
   hypotheses = detail::looked_at(std::move(hypotheses), table, pair, disparity, camera, options);

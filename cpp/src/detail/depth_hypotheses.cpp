@@ -7,7 +7,9 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "detail/background_planes.hpp"
 #include "detail/masks.hpp"
+#include "detail/plane_geometry.hpp"
 #include "detail/quantile.hpp"
 #include "detail/texture.hpp"
 
@@ -352,6 +354,56 @@ double explained_by_itself(const Outlined& o, const CoarseView& view, const cv::
   return as_ground / std::max({as_itself, noise * count, 1e-9});
 }
 
+/// The plane that most of the scene lies on, if it reaches farther than objects do: a wall, or a table.
+std::optional<BackgroundPlane> plane_of_scene(const cv::Mat& disparity_px, const StereoCamera& camera,
+                                              double max_extent_m) {
+  constexpr double most_of_scene = 0.5, within_px = 0.75, outliers = 0.05;
+  const std::vector<BackgroundPlane> planes = background_planes(disparity_px, most_of_scene, 1);
+  if (planes.empty()) return std::nullopt;
+  std::vector<double> across_m, down_m;
+  for (int v = 0; v < disparity_px.rows; v += 4) {
+    for (int u = 0; u < disparity_px.cols; u += 4) {
+      const double d = disparity_px.at<float>(v, u);
+      // False for NaN.
+      if (!(std::abs(planes.front().disparity_px(u, v) - d) < within_px && d + camera.doffs_px > 0)) continue;
+      const Eigen::Vector3d point = camera.triangulate({double(u), double(v)}, d);
+      across_m.push_back(point.x());
+      down_m.push_back(point.y());
+    }
+  }
+  if (across_m.empty()) return std::nullopt;
+  const auto reach_m = [](const std::vector<double>& at_m) {
+    return quantile(at_m, 1 - outliers) - quantile(at_m, outliers);
+  };
+  if (std::max(reach_m(across_m), reach_m(down_m)) <= max_extent_m) return std::nullopt;
+  return planes.front();
+}
+
+/// How much better their own disparity explains what both views show of some pixels than a plane does: ratio
+/// of grey differences, at the best of planes nearby. A wall whose texture repeats, or is hardly to be seen,
+/// is matched wrongly in places, where the wall explains the views as well.
+template <typename DisparityOf>
+double explained_before(const BackgroundPlane& plane, const std::vector<cv::Point>& pixels,
+                        const DisparityOf& own_px, const cv::Mat& left, const cv::Mat& right, double noise) {
+  constexpr double farthest_px = 1, step_px = 0.25;
+  const auto difference = [&](const cv::Point& at, double disparity) {
+    const double u_right = std::clamp(at.x - disparity, 0.0, right.cols - 1.001);
+    const int whole = static_cast<int>(u_right);
+    const auto* from = right.ptr<uchar>(at.y);
+    return std::abs(left.at<uchar>(at) - (from[whole] + (u_right - whole) * (from[whole + 1] - from[whole])));
+  };
+  double as_itself = 0, as_plane = std::numeric_limits<double>::infinity();
+  for (const cv::Point& at : pixels) as_itself += difference(at, own_px(at));
+  for (double beside = -farthest_px; beside <= farthest_px; beside += step_px) {
+    double sum = 0;
+    for (const cv::Point& at : pixels) sum += difference(at, plane.disparity_px(at.x, at.y) + beside);
+    as_plane = std::min(as_plane, sum);
+  }
+  return as_plane / std::max({as_itself, noise * static_cast<double>(pixels.size()), 1e-9});
+}
+
+constexpr double least_explained = 1.3;  // times as well as by the background
+
 /// too_large: not an object itself, though its parts may be.
 enum class Verdict { object, too_large, no };
 
@@ -404,6 +456,7 @@ std::vector<Hypothesis> hypotheses_by_disparity(const RectifiedPair& pair, const
   const CoarseView view(disparity, camera, options.roi_px);
   const cv::Mat left = grey(pair.left), right = grey(pair.right);
   const double noise = noise_sigma(left);
+  const auto wall = plane_of_scene(disparity.reliable, camera, options.max_extent_m);
   const std::vector<Run> runs = runs_between_steps(view, options.max_extent_m);
   std::vector<int> open;
   const std::vector<Piece> pieces = pieces_of(runs, links_between(runs, view), open);
@@ -425,8 +478,11 @@ std::vector<Hypothesis> hypotheses_by_disparity(const RectifiedPair& pair, const
       open.insert(open.end(), std::begin(piece.parts), std::end(piece.parts));
     }
     if (verdict != Verdict::object) continue;
-    constexpr double least_explained = 1.3;
     if (explained_by_itself(outline, view, left, right, noise) < least_explained) continue;
+    std::vector<cv::Point> pixels = where(outline.mask);
+    for (cv::Point& at : pixels) at = (outline.box.tl() + at) * view.cell_px;
+    const auto own_px = [&](const cv::Point& at) { return view.disparity.at<float>(at / view.cell_px); };
+    if (wall && explained_before(*wall, pixels, own_px, left, right, noise) < least_explained) continue;
     Hypothesis hypothesis;
     hypothesis.seeds = cv::Mat::zeros(disparity.dense.size(), CV_8UC1);
     cv::Mat large;
@@ -438,6 +494,21 @@ std::vector<Hypothesis> hypotheses_by_disparity(const RectifiedPair& pair, const
   }
   sort_by_saliency(found);
   return found;
+}
+
+void drop_parts_of_wall(const RectifiedPair& pair, const Disparity& disparity, const StereoCamera& camera,
+                        double max_extent_m, std::vector<Hypothesis>& hypotheses) {
+  // The camera looks at a wall, or down on it by less than a quarter of a right angle; a table lies flatter.
+  constexpr double steepest = 0.4;
+  const auto wall = plane_of_scene(disparity.reliable, camera, max_extent_m);
+  if (!wall || std::abs(plane_from_disparity(wall->coefficients, camera).normal.y()) > steepest) return;
+  const cv::Mat left = grey(pair.left), right = grey(pair.right);
+  const double noise = noise_sigma(left);
+  const auto is_part = [&](const Hypothesis& hypothesis) {
+    const auto own_px = [&](const cv::Point&) { return hypothesis.disparity_px; };
+    return explained_before(*wall, where(hypothesis.seeds), own_px, left, right, noise) < least_explained;
+  };
+  hypotheses.erase(std::remove_if(hypotheses.begin(), hypotheses.end(), is_part), hypotheses.end());
 }
 
 cv::Mat disc_around(const cv::Point& centre, double radius_m, double disparity_px, const cv::Size& size,

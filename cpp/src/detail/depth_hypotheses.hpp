@@ -22,6 +22,10 @@ std::vector<Hypothesis> hypotheses_by_disparity(const RectifiedPair& pair, const
                                                 const StereoCamera& camera,
                                                 const SegmentationOptions& options);
 
+/// Drops the hypotheses on a wall that most of the scene lies on: what it explains as well as they do.
+void drop_parts_of_wall(const RectifiedPair& pair, const Disparity& disparity, const StereoCamera& camera,
+                        double max_extent_m, std::vector<Hypothesis>& hypotheses);
+
 /// What the gaze rests on before it knows the object's outline.
 constexpr double gaze_m = 0.01;
 

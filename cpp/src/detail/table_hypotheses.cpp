@@ -5,6 +5,7 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
+#include "detail/background_planes.hpp"
 #include "detail/masks.hpp"
 #include "detail/plane_geometry.hpp"
 #include "detail/quantile.hpp"
@@ -98,6 +99,55 @@ class HullMask {
   cv::Mat mask_;
 };
 
+/// Is it steep, with nothing of the table behind it?
+bool bounds_table(const TablePlane& wall, const TablePlane& table, const TableFrame& frame) {
+  constexpr double steepest_cosine = 0.5, behind_m = 0.03;
+  if (std::abs(wall.normal.dot(table.normal)) > steepest_cosine) return false;
+  return std::all_of(frame.hull.begin(), frame.hull.end(), [&](const cv::Point2f& at) {
+    const Eigen::Vector3d corner =
+        double(at.x) * frame.right + double(at.y) * frame.nearer - table.offset_m * table.normal;
+    return wall.normal.dot(corner) + wall.offset_m > -behind_m;
+  });
+}
+
+/// Planes through what is above the table's plane that are longer than objects are and bound the table.
+std::vector<BackgroundPlane> walls_behind(const cv::Mat& disparity_px, const TablePlane& table,
+                                          const TableFrame& frame, const StereoCamera& camera,
+                                          double max_extent_m) {
+  constexpr double least_share = 0.1, within_px = 0.75;
+  constexpr int most = 4;
+  std::vector<BackgroundPlane> walls;
+  for (const BackgroundPlane& found : background_planes(disparity_px, least_share, most)) {
+    if (!bounds_table(plane_from_disparity(found.coefficients, camera), table, frame)) continue;
+    std::vector<cv::Point2f> feet;
+    for (int v = 0; v < disparity_px.rows; v += 2) {
+      for (int u = 0; u < disparity_px.cols; u += 2) {
+        const float d = disparity_px.at<float>(v, u);
+        if (std::abs(found.disparity_px(u, v) - d) < within_px) {  // false for NaN
+          feet.push_back(frame.of(camera.triangulate({double(u), double(v)}, d)));
+        }
+      }
+    }
+    if (feet.empty()) continue;
+    const cv::RotatedRect footprint = cv::minAreaRect(feet);
+    if (std::max(footprint.size.width, footprint.size.height) > max_extent_m) walls.push_back(found);
+  }
+  return walls;
+}
+
+/// Does a figure lie on a wall, rather than stand before it?
+bool is_part_of(const std::vector<BackgroundPlane>& walls, const std::vector<cv::Point>& pixels,
+                const std::vector<float>& disparities) {
+  constexpr double within_px = 1, mostly = 0.7;
+  return std::any_of(walls.begin(), walls.end(), [&](const BackgroundPlane& wall) {
+    int on_it = 0;
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      on_it += std::abs(wall.disparity_px(pixels[i].x, pixels[i].y) - disparities[i]) < within_px ? 1 : 0;
+    }
+    return on_it > mostly * static_cast<double>(pixels.size());
+  });
+}
+
 }  // namespace
 
 std::vector<Hypothesis> hypotheses_on_table(const RectifiedPair& pair, const Relief& relief,
@@ -116,6 +166,7 @@ std::vector<Hypothesis> hypotheses_on_table(const RectifiedPair& pair, const Rel
     cv::Point2f on_table_m;
   };
   std::vector<Raised> points;
+  cv::Mat disparities_off(raised.size(), CV_32FC1, cv::Scalar(std::numeric_limits<float>::quiet_NaN()));
   cv::Mat points_m(raised.size(), CV_32FC3);
   for (int v = 0; v < raised.rows; ++v) {
     const auto* residual = relief.residual_px.ptr<float>(v);
@@ -124,6 +175,7 @@ std::vector<Hypothesis> hypotheses_on_table(const RectifiedPair& pair, const Rel
       if (!raised.at<uchar>(v, u)) continue;
       const double d = plane_disparity(plane, u, v) + residual[u];
       const double height = d + camera.doffs_px > 0 ? height_m(plane, camera, u, v, d) : 0;
+      if (height >= least_height_m) disparities_off.at<float>(v, u) = static_cast<float>(d);
       const cv::Point2f at = frame.of(camera.triangulate({double(u), double(v)}, d));
       if (height < least_height_m || !near_table.holds(at)) {
         raised.at<uchar>(v, u) = 0;
@@ -140,6 +192,8 @@ std::vector<Hypothesis> hypotheses_on_table(const RectifiedPair& pair, const Rel
   for (const Raised& point : points) {
     groups[static_cast<std::size_t>(labels.at<int>(point.pixel))].push_back(point);
   }
+  const std::vector<BackgroundPlane> walls =
+      walls_behind(disparities_off, plane, frame, camera, options.max_extent_m);
   std::vector<Hypothesis> found;
   constexpr std::size_t least_px = 40;
   constexpr double least_over_table = 0.5, least_evidence = 40;
@@ -168,6 +222,7 @@ std::vector<Hypothesis> hypotheses_on_table(const RectifiedPair& pair, const Rel
       return cv::pointPolygonTest(hull, at, false) >= 0;
     });
     if (over_table < least_over_table * static_cast<double>(on_table.size())) continue;
+    if (is_part_of(walls, pixels, disparities)) continue;
     if (evidence_for_relief(relief, plane, pixels) < least_evidence) continue;
     hypothesis.disparity_px = quantile(disparities, 0.5);
     hypothesis.saliency = saliency_of(static_cast<double>(group.size()), hypothesis.disparity_px, camera);
