@@ -11,6 +11,7 @@
 #include "detail/depth_hypotheses.hpp"
 #include "detail/figure.hpp"
 #include "detail/gaze.hpp"
+#include "detail/grouped_hypotheses.hpp"
 #include "detail/heights.hpp"
 #include "detail/masks.hpp"
 #include "detail/object_measures.hpp"
@@ -20,9 +21,7 @@
 #include "detail/relief.hpp"
 #include "detail/scene_checks.hpp"
 #include "detail/segment_disparity.hpp"
-#include "detail/strange_colours.hpp"
 #include "detail/table_evidence.hpp"
-#include "detail/table_fit.hpp"
 #include "detail/table_hypotheses.hpp"
 
 namespace graspctx {
@@ -74,6 +73,18 @@ std::optional<double> median_depth_m(const cv::Mat& mask, const Disparity& dispa
   return std::nullopt;
 }
 
+/// Do its measures, where they are known, keep to the limits, as far as they can be trusted?
+bool has_size_of_object(const ObjectHypothesis& object, const StereoCamera& camera,
+                        const SegmentationOptions& options) {
+  if (!object.size_m || !object.depth_m) return true;
+  constexpr double unsure_px = 0.5, unsure_share = 1.25;
+  const double height_m = object.size_m->z(), length_m = object.size_m->x();
+  const double give_m = unsure_px * *object.depth_m * *object.depth_m / (camera.focal_px * camera.baseline_m);
+  return height_m >= options.min_height_m - give_m && height_m <= options.max_height_m + give_m &&
+         std::max(length_m, height_m) >= options.min_extent_m &&
+         length_m <= unsure_share * options.max_extent_m;
+}
+
 /// Known pixels far from the depth of the hypothesis: the ground where there is no table.
 cv::Mat ground_off_zero_disparity(const Hypothesis& hypothesis, const cv::Mat& disparity,
                                   const StereoCamera& camera) {
@@ -86,41 +97,6 @@ cv::Mat ground_off_zero_disparity(const Hypothesis& hypothesis, const cv::Mat& d
     }
   }
   return ground;
-}
-
-/// Known pixels that lie on the table or below.
-cv::Mat ground_of(const detail::Relief& relief, double least_px) {
-  cv::Mat ground(relief.residual_px.size(), CV_8UC1);
-  for (int v = 0; v < ground.rows; ++v) {
-    for (int u = 0; u < ground.cols; ++u) {
-      const float r = relief.residual_px.at<float>(v, u);
-      ground.at<uchar>(v, u) = r < least_px ? 255 : 0;
-    }
-  }
-  return ground;
-}
-
-/// On a plain table colour sees the objects whole, and depth tells those that touch. What lies elsewhere only
-/// depth knows of, and only where the table goes on.
-std::vector<Hypothesis> with_plain_table(const std::vector<Hypothesis>& by_colour,
-                                         std::vector<Hypothesis> by_depth, const detail::PlainTable& table,
-                                         const std::vector<detail::Footprint>& footprints,
-                                         const cv::Mat& image, const StereoCamera& camera, bool goes_on) {
-  std::vector<Hypothesis> all;
-  cv::Mat seen = grown(table.extent, 4);
-  for (const Hypothesis& hypothesis : by_colour) {
-    seen |= hypothesis.figure;
-    for (Hypothesis& part : detail::split_by_depth(hypothesis, by_depth, footprints, image, camera)) {
-      all.push_back(std::move(part));
-    }
-  }
-  if (!goes_on) by_depth.clear();
-  for (Hypothesis& hypothesis : by_depth) {
-    if (2 * cv::countNonZero(hypothesis.seeds & seen) > cv::countNonZero(hypothesis.seeds)) continue;
-    all.push_back(std::move(hypothesis));
-  }
-  detail::sort_by_saliency(all);
-  return all;
 }
 
 /// The part of the options that depends on the image.
@@ -207,57 +183,23 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
     return result;
   }
 
+  const detail::TableView view = detail::look_at_table(pair, disparity, camera, options);
+  result.table = view.plane;
+  const detail::Relief& relief = view.relief;
+  const detail::TableFrame& frame = view.frame;
+  const cv::Mat table = view.ground();
+  if (options.cues != CueLevel::disparity && !view.plane) {
+    result.warnings.emplace_back(view.plain ? "no support plane: objects are told by colour on a plain table"
+                                            : "no support plane: objects are told by steps in depth alone");
+  }
+  if (view.plane) result.heights_m = detail::heights_over_plane(relief.residual_px, *view.plane, camera);
   std::vector<Hypothesis> hypotheses;
-  detail::Relief relief;
-  detail::TableFrame frame;
-  cv::Mat table;
-  std::optional<detail::PlainTable> plain;
-  if (options.cues != CueLevel::disparity) {
-    plain = detail::find_plain_table(pair.left);
-    result.table = detail::fit_table_plane(pair, disparity, camera, options, plain);
-  }
-  if (options.cues != CueLevel::colour) plain.reset();  // what lies on it is told by colour
-  if (result.table) relief = detail::relief_over_plane(pair, disparity, *result.table);
-  const bool plain_on_plane = plain && result.table && detail::lies_on_plane(*plain, relief);
-  if (plain && result.table && !plain_on_plane) {
-    if (!detail::outweighs_plane(*plain, relief)) {
-      plain.reset();
-    } else if (!options.table) {
-      result.table.reset();
-    }
-  }
-  if (options.cues != CueLevel::disparity && !result.table) {
-    result.warnings.emplace_back(plain ? "no support plane: objects are told by colour on a plain table"
-                                       : "no support plane: objects are told by steps in depth alone");
-  }
-  if (result.table) {
-    frame = detail::table_frame(relief, *result.table, camera);
-    std::vector<cv::Mat> low;
-    if (options.cues == CueLevel::colour) {
-      low = detail::raise_strange_colours(pair, *result.table, frame, camera, relief);
-    }
-    result.heights_m = detail::heights_over_plane(relief.residual_px, *result.table, camera);
-    hypotheses = detail::hypotheses_on_table(pair, relief, *result.table, frame, camera, options);
-    detail::add_low_objects(low, *result.table, frame, relief, camera, options, hypotheses);
-    table = ground_of(relief, 0.4);
+  if (options.cues == CueLevel::colour && (view.plane || view.plain)) {
+    hypotheses = detail::hypotheses_by_grouping(pair, disparity, camera, view, options);
+  } else if (view.plane) {
+    hypotheses = detail::hypotheses_on_table(pair, relief, *view.plane, frame, camera, options);
   } else {
     hypotheses = detail::hypotheses_by_disparity(pair, disparity, camera, options);
-  }
-  if (plain) {
-    if (result.table && !plain_on_plane) hypotheses.clear();  // of another plane than the table's
-    std::vector<detail::Footprint> footprints;
-    for (const Hypothesis& hypothesis : hypotheses) {
-      if (!plain_on_plane) break;
-      footprints.push_back(detail::footprint_of(hypothesis.seeds, relief, *result.table, frame, camera));
-    }
-    const auto by_colour = detail::hypotheses_on_plain_table(
-        pair, disparity, *plain, plain_on_plane ? &relief : nullptr, camera, options);
-    hypotheses = with_plain_table(by_colour, std::move(hypotheses), *plain, footprints, pair.left, camera,
-                                  plain_on_plane && detail::goes_on_textured(*plain, relief));
-    if (!result.table) {
-      detail::drop_parts_of_wall(pair, disparity, camera, options.max_extent_m, hypotheses);
-    }
-    table = table.empty() ? plain->region : table | plain->region;
   }
   hypotheses = detail::looked_at(std::move(hypotheses), table, pair, disparity, camera, options);
   if (static_cast<int>(hypotheses.size()) > options.max_objects) {
@@ -272,36 +214,34 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
   cv::Mat all_seeds = cv::Mat::zeros(size, CV_8UC1);
   for (const Hypothesis& hypothesis : hypotheses) all_seeds |= hypothesis.seeds;
   cv::Mat table_odds;
-  if (result.table && options.cues == CueLevel::colour) {
-    table_odds = detail::odds_of_table(relief, *result.table, all_seeds);
+  if (view.plane && options.cues == CueLevel::colour) {
+    table_odds = detail::odds_of_table(relief, *view.plane, all_seeds);
   }
   for (const Hypothesis& hypothesis : hypotheses) {
-    cv::Mat mask = hypothesis.figure.clone();
-    if (mask.empty()) {
-      if (options.cues == CueLevel::colour) {
-        const cv::Mat ground =
-            result.table ? table : ground_off_zero_disparity(hypothesis, disparity.dense, camera);
-        mask = detail::figure_by_colour(hypothesis, pair.left, ground,
-                                        (all_seeds & ~hypothesis.seeds) | out_of_box, table_odds);
-      } else if (options.cues == CueLevel::plane && result.table) {
-        mask = detail::figure_off_plane(hypothesis, table, all_seeds & ~hypothesis.seeds);
-      } else {
-        mask = detail::figure_at_zero_disparity(hypothesis, disparity.dense, camera);
-      }
-      if (mask.empty() || (result.table && !stands_on_table(mask, relief.residual_px))) continue;
+    // Each is fixated in turn, and grows to a figure by the cues of the level.
+    const cv::Mat others = all_seeds & ~hypothesis.seeds;
+    cv::Mat mask;
+    if (options.cues == CueLevel::colour) {
+      const cv::Mat ground =
+          table.empty() ? ground_off_zero_disparity(hypothesis, disparity.dense, camera) : table;
+      mask = detail::figure_by_colour(hypothesis, pair.left, ground, others | out_of_box, table_odds);
+    } else if (view.plane) {
+      mask = detail::figure_off_plane(hypothesis, table, others);
+    } else {
+      mask = detail::figure_at_zero_disparity(hypothesis, disparity.dense, camera);
     }
+    if (mask.empty() || (view.plane && !stands_on_table(mask, relief.residual_px))) continue;
     mask.setTo(0, out_of_box);
     mask.setTo(0, result.instance_ids);  // what was looked at first keeps its pixels
     constexpr int least_px = 30;
     if (cv::countNonZero(mask) < least_px) continue;
-    const int id = static_cast<int>(result.objects.size()) + 1;
-    result.instance_ids.setTo(id, mask);
-    result.objects.push_back(describe_object(mask, id));
-    result.objects.back().saliency = hypothesis.saliency;
-    result.objects.back().depth_m = median_depth_m(mask, disparity, camera);
-    if (result.table) {
-      detail::measure_on_table(result.objects.back(), mask, disparity, relief, *result.table, frame, camera);
-    }
+    ObjectHypothesis object = describe_object(mask, static_cast<int>(result.objects.size()) + 1);
+    object.saliency = hypothesis.saliency;
+    object.depth_m = median_depth_m(mask, disparity, camera);
+    if (view.plane) detail::measure_on_table(object, mask, disparity, relief, *view.plane, frame, camera);
+    if (!has_size_of_object(object, camera, options)) continue;
+    result.instance_ids.setTo(object.id, mask);
+    result.objects.push_back(std::move(object));
   }
   return result;
 }

@@ -9,7 +9,6 @@
 namespace graspctx {
 namespace {
 
-using detail::Footprint;
 using detail::Hypothesis;
 
 const StereoCamera camera = testing::test_camera();
@@ -30,14 +29,6 @@ detail::PlainTable lower_table(const cv::Mat& not_table) {
   table.colour = cv::Mat(size, CV_32FC3, bare);
   table.sigma = cv::Scalar::all(1);
   return table;
-}
-
-Hypothesis hypothesis_of(const cv::Mat& mask) {
-  Hypothesis hypothesis;
-  hypothesis.seeds = mask;
-  hypothesis.figure = mask;
-  hypothesis.disparity_px = 60;
-  return hypothesis;
 }
 
 std::vector<Hypothesis> found_without_plane(const cv::Mat& not_table, const cv::Scalar& colour) {
@@ -71,32 +62,6 @@ TEST(PlainTableObjects, AScrapBesideAFigureIsItsOwn) {
   EXPECT_EQ(spoon[0].seeds.at<uchar>(220, 310), 255);
   // Of about the same size they may be two.
   EXPECT_EQ(found_without_plane(bowl | rectangle({263, 200, 40, 40}), faint).size(), 2u);
-}
-
-TEST(PlainTableObjects, TopAndFootAreOneObjectAndNeighboursAreTwo) {
-  const cv::Mat top = rectangle({200, 200, 80, 40}), foot = rectangle({200, 260, 80, 20});
-  const Hypothesis whole = hypothesis_of(rectangle({200, 200, 80, 80}));
-  const std::vector<Hypothesis> by_depth{hypothesis_of(top), hypothesis_of(foot)};
-  cv::Mat image(size, CV_8UC3, bare);
-  image.setTo(other, whole.figure);
-  const Footprint left{{0, 0}, {0.1F, 0}, {0.1F, 0.1F}, {0, 0.1F}};
-  const Footprint inside_left{{0.02F, 0.05F}, {0.08F, 0.05F}, {0.05F, 0.09F}};
-  const Footprint right{{0.09F, 0}, {0.2F, 0}, {0.2F, 0.1F}, {0.09F, 0.1F}};
-  const auto parts = [&](const std::vector<Footprint>& footprints) {
-    return detail::split_by_depth(whole, by_depth, footprints, image, camera).size();
-  };
-  EXPECT_EQ(parts({left, inside_left}), 1u);
-  EXPECT_EQ(parts({left, right}), 2u);
-  EXPECT_EQ(parts({}), 2u);  // without a plane
-}
-
-TEST(PlainTableObjects, TheTableGoesOnWhereMoreLiesOnItsPlane) {
-  const detail::PlainTable table = lower_table(cv::Mat::zeros(size, CV_8UC1));
-  detail::Relief relief;
-  relief.residual_px = cv::Mat(size, CV_32FC1, cv::Scalar(-9));
-  EXPECT_FALSE(detail::goes_on_textured(table, relief));
-  relief.residual_px.rowRange(0, 50).setTo(0.1);
-  EXPECT_TRUE(detail::goes_on_textured(table, relief));
 }
 
 }  // namespace

@@ -15,16 +15,18 @@ using testing::Box;
 using testing::CastScene;
 using testing::overlap;
 
-Segmentation segment(const CastScene& scene) {
-  return segment_objects(scene.pair, compute_disparity(scene.pair), testing::test_camera());
+Segmentation segment(const CastScene& scene, CueLevel cues = CueLevel::colour) {
+  SegmentationOptions options;
+  options.cues = cues;
+  return segment_objects(scene.pair, compute_disparity(scene.pair), testing::test_camera(), options);
 }
 
 TEST(RaisedObjects, OneBehindTheOtherAreTwo) {
-  // The back box shows over and beside the front one, 6 cm behind it, in the same colour.
+  // The back box shows over and beside the front one, 6 cm behind it, in the same colour: only depth tells.
   const Box front{{0, -0.03, 0.03}, {0.04, 0.02, 0.03}, 0, {60, 90, 200}};
   const Box back{{0.03, 0.07, 0.06}, {0.05, 0.02, 0.06}, 0, {60, 90, 200}};
   const CastScene scene = testing::cast_scene(testing::test_camera(), {front, back});
-  const Segmentation found = segment(scene);
+  const Segmentation found = segment(scene, CueLevel::plane);
   EXPECT_EQ(found.objects.size(), 2u);
   EXPECT_GT(overlap(scene.instance_ids == 1, found), 0.8);
   EXPECT_GT(overlap(scene.instance_ids == 2, found), 0.8);

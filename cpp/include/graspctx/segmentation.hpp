@@ -55,7 +55,7 @@ struct GRASPCTX_EXPORT SegmentationOptions {
   double min_extent_m = 0.008, max_extent_m = 0.45;  // along the table
   double min_reliable_share =
       0.5;                // of the textured pixels; below, the pair is no stereo pair and holds no object
-  double cell_m = 0.005;  // from right above, parts farther apart than two of these are two objects
+  double cell_m = 0.005;  // level plane: from right above, parts farther apart than two are two objects
   std::optional<Eigen::Vector2d> fixation_px;  // look at the object at this pixel of the left view only
   /// Look only at the object in this box of the left view, and cut it off at the box.
   std::optional<cv::Rect> roi_px;

@@ -6,40 +6,13 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/imgproc/detail/gcgraph.hpp>
 
+#include "detail/colour_bins.hpp"
+
 namespace graspctx::detail {
 
 namespace {
 
-constexpr int hue_bins = 12, saturation_bins = 12, grey_bins = 12;
-constexpr int colour_bins = hue_bins * saturation_bins + grey_bins;
 using Histogram = std::array<float, colour_bins>;
-
-/// The bin of a colour: hue and saturation, or grey where there is hardly any colour.
-int colour_bin(int hue, int saturation, int value) {
-  constexpr int least_chroma = 20;  // saturation · value: below, hue is noise
-  if (saturation * value / 255 < least_chroma) return hue_bins * saturation_bins + value * grey_bins / 256;
-  return (hue * hue_bins / 256) * saturation_bins + saturation * saturation_bins / 256;
-}
-
-/// Hue, saturation and value, a little smoothed, CV_8UC3. Grey images have hue and saturation 0.
-cv::Mat smooth_colours(const cv::Mat& image) {
-  cv::Mat smooth, colours;
-  cv::GaussianBlur(image, smooth, {3, 3}, 0);
-  if (image.channels() == 1) cv::cvtColor(smooth, smooth, cv::COLOR_GRAY2BGR);
-  cv::cvtColor(smooth, colours, cv::COLOR_BGR2HSV_FULL);
-  return colours;
-}
-
-cv::Mat colour_indices(const cv::Mat& colours) {
-  cv::Mat indices(colours.size(), CV_16UC1);
-  for (int v = 0; v < colours.rows; ++v) {
-    for (int u = 0; u < colours.cols; ++u) {
-      const auto& pixel = colours.at<cv::Vec3b>(v, u);
-      indices.at<ushort>(v, u) = static_cast<ushort>(colour_bin(pixel[0], pixel[1], pixel[2]));
-    }
-  }
-  return indices;
-}
 
 Histogram histogram(const cv::Mat& indices, const cv::Mat& mask) {
   Histogram bins;

@@ -166,15 +166,6 @@ bool has_relief(const cv::Mat& figure, const Relief& relief) {
   return raised >= least_raised_px && raised > least_share * known && raised > below;
 }
 
-/// Do two parts stand over the same place of the table? Two objects cannot: they are one's top and foot.
-bool share_a_place(const Footprint& a, const Footprint& b) {
-  constexpr double least_share = 0.5;  // of the smaller one
-  if (a.size() < 3 || b.size() < 3) return false;
-  std::vector<cv::Point2f> common;
-  const double common_m2 = cv::intersectConvexConvex(a, b, common);
-  return common_m2 > least_share * std::min(cv::contourArea(a), cv::contourArea(b));
-}
-
 /// Does a figure run along the table's border, rather than stand across it? That is background of about the
 /// table's colour, of which the table's extent took a strip along.
 bool runs_along_border(const cv::Mat& figure, const PlainTable& table) {
@@ -215,15 +206,6 @@ bool outweighs_plane(const PlainTable& table, const Relief& relief) {
   return plain_px > on_plane_px;
 }
 
-bool goes_on_textured(const PlainTable& table, const Relief& relief) {
-  constexpr float within_px = 0.5F;
-  constexpr int edge_px = 12;  // the region keeps this far from the table's border
-  constexpr double least_share = 0.2;
-  const cv::Mat beyond = ~grown(table.extent, edge_px);
-  const int known = cv::countNonZero(beyond & (relief.residual_px == relief.residual_px));
-  return cv::countNonZero(beyond & (cv::abs(relief.residual_px) < within_px)) > least_share * known;
-}
-
 std::vector<Hypothesis> hypotheses_on_plain_table(const RectifiedPair& pair, const Disparity& disparity,
                                                   const PlainTable& table, const Relief* relief,
                                                   const StereoCamera& camera,
@@ -259,58 +241,6 @@ std::vector<Hypothesis> hypotheses_on_plain_table(const RectifiedPair& pair, con
   }
   sort_by_saliency(found);
   return found;
-}
-
-Footprint footprint_of(const cv::Mat& seeds, const Relief& relief, const TablePlane& plane,
-                       const TableFrame& frame, const StereoCamera& camera) {
-  std::vector<cv::Point2f> points;
-  for (const cv::Point& pixel : where(seeds)) {
-    const double d = plane_disparity(plane, pixel.x, pixel.y) + relief.residual_px.at<float>(pixel);
-    if (!(d + camera.doffs_px > 0)) continue;
-    points.push_back(frame.of(camera.triangulate({double(pixel.x), double(pixel.y)}, d)));
-  }
-  Footprint footprint;
-  if (points.size() >= 3) cv::convexHull(points, footprint);
-  return footprint;
-}
-
-std::vector<Hypothesis> split_by_depth(const Hypothesis& whole, const std::vector<Hypothesis>& by_depth,
-                                       const std::vector<Footprint>& footprints, const cv::Mat& image,
-                                       const StereoCamera& camera) {
-  constexpr int least_seeds_px = 60;
-  constexpr double least_inside = 0.5;
-  std::vector<Hypothesis> parts;
-  std::vector<Footprint> stands_on;
-  cv::Mat markers = cv::Mat::zeros(image.size(), CV_32SC1);
-  for (std::size_t i = 0; i < by_depth.size(); ++i) {
-    const Hypothesis& hypothesis = by_depth[i];
-    const cv::Mat seeds = hypothesis.seeds & whole.figure;
-    const int inside_px = cv::countNonZero(seeds);
-    if (inside_px < least_seeds_px || inside_px < least_inside * cv::countNonZero(hypothesis.seeds)) continue;
-    const Footprint footprint = footprints.empty() ? Footprint() : footprints[i];
-    const auto same_place = std::find_if(stands_on.begin(), stands_on.end(), [&](const Footprint& other) {
-      return share_a_place(footprint, other);
-    });
-    const int place = static_cast<int>(same_place - stands_on.begin()) + 1;
-    if (same_place == stands_on.end()) {
-      parts.push_back(hypothesis);
-      stands_on.push_back(footprint);
-    }
-    markers.setTo(place, seeds);
-  }
-  if (parts.size() < 2) return {whole};
-  markers.setTo(static_cast<int>(parts.size()) + 1, ~whole.figure);
-  cv::Mat bgr = image;
-  if (image.channels() == 1) cv::cvtColor(image, bgr, cv::COLOR_GRAY2BGR);
-  cv::watershed(bgr, markers);
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    // The watershed's lines are nobody's: both sides may have them, the more salient first.
-    const cv::Mat basin = markers == static_cast<int>(i) + 1;
-    parts[i].figure = (basin | (grown(basin, 1) & (markers == -1))) & whole.figure;
-    parts[i].seeds = basin;
-    parts[i].saliency = saliency_of(cv::countNonZero(parts[i].figure), parts[i].disparity_px, camera);
-  }
-  return parts;
 }
 
 }  // namespace graspctx::detail

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <iterator>
 #include <map>
-#include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 #include <vector>
 
+#include "detail/disjoint_sets.hpp"
 #include "detail/masks.hpp"
 #include "detail/quantile.hpp"
 #include "detail/texture.hpp"
@@ -17,30 +17,6 @@
 namespace graspctx::detail {
 
 namespace {
-
-/// Sets that grow together.
-class DisjointSets {
- public:
-  explicit DisjointSets(int count) : parent_(static_cast<std::size_t>(count)) {
-    std::iota(parent_.begin(), parent_.end(), 0);
-  }
-  int root(int i) {
-    while (parent_[static_cast<std::size_t>(i)] != i) {
-      int& parent = parent_[static_cast<std::size_t>(i)];
-      parent = parent_[static_cast<std::size_t>(parent)];
-      i = parent;
-    }
-    return i;
-  }
-  void join(int a, int b) {
-    a = root(a);
-    b = root(b);
-    parent_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
-  }
-
- private:
-  std::vector<int> parent_;
-};
 
 /// Connected parts of what is raised (CV_32SC1 from 1, 0 = none), cut at steps in height.
 cv::Mat pieces_without_steps(const cv::Mat& raised, const cv::Mat& residual_px, int& count) {

@@ -229,43 +229,6 @@ bool is_low(const cv::Mat& piece, const cv::Mat& residual_px) {
   return known <= most_known * cv::countNonZero(piece) && high <= most_high * known;
 }
 
-/// Is it of the size of an object? The outline of what is round, or lies on its rim, is far below its top.
-bool has_size_of_object(const cv::Mat& piece, const TablePlane& plane, const TableFrame& frame,
-                        const Relief& relief, const StereoCamera& camera,
-                        const SegmentationOptions& options) {
-  constexpr double least_outline_of_top = 0.2;
-  std::vector<cv::Point2f> on_table;
-  std::vector<double> heights_m;
-  for (const cv::Point& at : where(piece)) {
-    const double d = plane_disparity(plane, at.x, at.y);
-    if (d + camera.doffs_px <= 0) return false;
-    on_table.push_back(frame.of(camera.triangulate({double(at.x), double(at.y)}, d)));
-    heights_m.push_back(height_m(plane, camera, at.x, at.y, d + relief.residual_px.at<float>(at)));
-  }
-  const cv::RotatedRect footprint = cv::minAreaRect(on_table);
-  const double longest_m = std::max(footprint.size.width, footprint.size.height);
-  return longest_m >= options.min_extent_m && longest_m <= options.max_extent_m &&
-         quantile(std::move(heights_m), 0.95) >= least_outline_of_top * options.min_height_m;
-}
-
-/// A piece together with the hypotheses that it holds, if they are parts of one object: none of them reaches
-/// far out of it, and no two are large.
-std::optional<cv::Mat> joined_with(const cv::Mat& piece, const std::vector<Hypothesis>& inside) {
-  constexpr double least_inside = 0.5, large = 0.25;
-  constexpr int smear_px = 3;  // of the matcher's windows
-  const cv::Mat reach = grown(piece, smear_px);
-  cv::Mat whole = piece.clone();
-  int large_parts = 0;
-  for (const Hypothesis& hypothesis : inside) {
-    const int within = cv::countNonZero(hypothesis.seeds & reach);
-    if (within < least_inside * cv::countNonZero(hypothesis.seeds)) return std::nullopt;
-    large_parts += cv::countNonZero(hypothesis.seeds & piece) > large * cv::countNonZero(piece) ? 1 : 0;
-    whole |= hypothesis.seeds;
-  }
-  if (large_parts > 1) return std::nullopt;
-  return whole;
-}
-
 }  // namespace
 
 std::vector<cv::Mat> raise_strange_colours(const RectifiedPair& pair, const TablePlane& plane,
@@ -303,32 +266,6 @@ std::vector<cv::Mat> raise_strange_colours(const RectifiedPair& pair, const Tabl
     found.back()(box).setTo(255, piece);
   }
   return found;
-}
-
-void add_low_objects(const std::vector<cv::Mat>& pieces, const TablePlane& plane, const TableFrame& frame,
-                     const Relief& relief, const StereoCamera& camera, const SegmentationOptions& options,
-                     std::vector<Hypothesis>& hypotheses) {
-  for (const cv::Mat& piece : pieces) {
-    if (!has_size_of_object(piece, plane, frame, relief, camera, options)) continue;
-    std::vector<Hypothesis> inside, others;
-    for (const Hypothesis& hypothesis : hypotheses) {
-      (cv::countNonZero(hypothesis.seeds & piece) > 0 ? inside : others).push_back(hypothesis);
-    }
-    const auto whole = joined_with(piece, inside);
-    if (!whole) continue;
-    std::vector<float> disparities;
-    for (const cv::Point& at : where(piece)) {
-      const double d = plane_disparity(plane, at.x, at.y) + relief.residual_px.at<float>(at);
-      disparities.push_back(static_cast<float>(d));
-    }
-    Hypothesis low;
-    low.seeds = *whole;
-    low.disparity_px = median(std::move(disparities));
-    low.saliency = saliency_of(cv::countNonZero(low.seeds), low.disparity_px, camera);
-    others.push_back(std::move(low));
-    hypotheses = std::move(others);
-  }
-  sort_by_saliency(hypotheses);
 }
 
 }  // namespace graspctx::detail

@@ -17,9 +17,4 @@ std::vector<cv::Mat> raise_strange_colours(const RectifiedPair& pair, const Tabl
                                            const TableFrame& frame, const StereoCamera& camera,
                                            Relief& relief);
 
-/// Adds such pieces to the hypotheses of a table. One that lies in a piece in part was a part of it.
-void add_low_objects(const std::vector<cv::Mat>& pieces, const TablePlane& plane, const TableFrame& frame,
-                     const Relief& relief, const StereoCamera& camera, const SegmentationOptions& options,
-                     std::vector<Hypothesis>& hypotheses);
-
 }  // namespace graspctx::detail

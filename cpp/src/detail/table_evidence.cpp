@@ -47,6 +47,19 @@ class Misfit {
 
 }  // namespace
 
+cv::Mat misfit_of_table(const Relief& relief, const TablePlane& plane) {
+  cv::Mat result(relief.left.size(), CV_32FC1, cv::Scalar(-1));
+  const double last = result.cols - 1.001;
+  for (int v = 0; v < result.rows; ++v) {
+    const Misfit misfit(relief, v);
+    for (int u = 0; u < result.cols; ++u) {
+      const double as_table = u - plane_disparity(plane, u, v);
+      if (as_table >= 0 && as_table <= last) result.at<float>(v, u) = misfit(u, as_table);
+    }
+  }
+  return result;
+}
+
 cv::Mat odds_of_table(const Relief& relief, const TablePlane& plane, const cv::Mat& seeds) {
   const cv::Size size = seeds.size();
   cv::Mat odds = cv::Mat::zeros(size, CV_32FC1);
