@@ -17,11 +17,13 @@ namespace {
 /// What is missed is lost, and what is found wrongly can still be seen through later: rather too much.
 constexpr double least_object_probability = 0.3;
 
-/// The pixels of a group, without the table that shows through a handle: the regions are coarse. What is of a
-/// common colour of the table and not seen over it is taken for that, unless the object itself has this
-/// colour. CV_8UC1.
+/// The pixels of a group, without the table that shows through a handle: the regions are coarse. On a plain
+/// table it is what has the table's colour and is no inside by the first guess. On another, what is of a
+/// common colour of the table and not seen over it, unless the object itself has this colour. CV_8UC1.
 cv::Mat without_table(const cv::Mat& group, const SceneCues& cues) {
-  if (!cues.has_plane || cues.has_plain_table) return group;
+  constexpr float most_sigmas = 4.5F;
+  if (cues.has_plain_table) return group & (cues.first_guess | (cues.plain_sigmas > most_sigmas));
+  if (!cues.has_plane) return group;
   constexpr float raised_px = 0.3F;
   constexpr double most_alike = 0.3;
   const cv::Mat raised = group & (cues.residual_px > raised_px), like_table = cues.table_likeness > 0;
