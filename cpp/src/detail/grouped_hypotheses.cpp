@@ -9,6 +9,7 @@
 #include "detail/grouping_trees.hpp"
 #include "detail/scene_cues.hpp"
 #include "detail/segment_disparity.hpp"
+#include "detail/table_hypotheses.hpp"
 
 namespace graspctx::detail {
 
@@ -71,14 +72,29 @@ std::vector<Hypothesis> hypotheses_by_grouping(const RectifiedPair& pair, const 
     add(seeds);
   }
 
-  // Thin things are lost among the regions: what the first guess holds besides.
-  cv::Mat labels, stats, centres;
-  const int count = cv::connectedComponentsWithStats(view.first_guess, labels, stats, centres, 8, CV_32S);
-  for (int label = 1; label < count; ++label) {
-    const cv::Mat piece = labels == label;
+  // Thin things are lost among the regions: what the first guess holds besides, and what stands out of the
+  // plane where the trees do not see the ground for sure.
+  const auto add_unexplained = [&](const cv::Mat& piece) {
     constexpr double most_explained = 0.2;
-    if (cv::countNonZero(piece & explained) <= most_explained * stats.at<int>(label, cv::CC_STAT_AREA))
-      add(piece);
+    if (cv::countNonZero(piece & explained) <= most_explained * cv::countNonZero(piece)) add(piece);
+  };
+  cv::Mat labels;
+  const int count = cv::connectedComponents(view.first_guess, labels, 8, CV_32S);
+  for (int label = 1; label < count; ++label) add_unexplained(labels == label);
+  if (view.plane) {
+    cv::Mat foreground(superpixels.labels.size(), CV_32FC1);
+    for (int v = 0; v < foreground.rows; ++v) {
+      for (int u = 0; u < foreground.cols; ++u) {
+        const RegionSums& sums = grouping.region(superpixels.labels.at<int>(v, u)).sums;
+        foreground.at<float>(v, u) = static_cast<float>(sums.foreground / sums.area);
+      }
+    }
+    cv::resize(foreground, foreground, pair.left.size(), 0, 0, cv::INTER_NEAREST);
+    constexpr double least_foreground = 0.1;
+    for (const Hypothesis& raised :
+         hypotheses_on_table(pair, view.relief, *view.plane, view.frame, camera, options)) {
+      if (cv::mean(foreground, raised.seeds)[0] >= least_foreground) add_unexplained(raised.seeds);
+    }
   }
   if (!view.plane) drop_parts_of_wall(pair, disparity, camera, options.max_extent_m, found);
   sort_by_saliency(found);
