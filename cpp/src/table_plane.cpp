@@ -11,6 +11,7 @@
 #include "detail/plain_table.hpp"
 #include "detail/plain_table_plane.hpp"
 #include "detail/plane_geometry.hpp"
+#include "detail/plane_of_three.hpp"
 #include "detail/quantile.hpp"
 #include "detail/scene_checks.hpp"
 #include "detail/table_fit.hpp"
@@ -81,15 +82,9 @@ std::optional<Coefficients> ransac(const std::vector<Sample>& samples, const Ste
   std::optional<Coefficients> best;
   double best_support = 0;
   for (int draw = 0; draw < draws; ++draw) {
-    Eigen::Matrix3d points;
-    Eigen::Vector3d disparities;
-    for (int i = 0; i < 3; ++i) {
-      const Sample& sample = samples[random() % samples.size()];
-      points.row(i) << sample.u, sample.v, 1;
-      disparities[i] = sample.disparity_px;
-    }
-    if (std::abs(points.determinant()) < 1000) continue;  // twice the triangle's area: too thin
-    const Coefficients plane = points.inverse() * disparities;
+    const auto drawn_through = detail::plane_of_three(samples, random);
+    if (!drawn_through) continue;
+    const Eigen::Vector3d& plane = *drawn_through;
     if (!looks_like_a_table(detail::plane_from_disparity(plane, camera), gravity)) continue;
     const double s = support(plane, samples);
     if (s > best_support) {

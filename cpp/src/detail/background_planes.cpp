@@ -6,6 +6,8 @@
 #include <optional>
 #include <random>
 
+#include "detail/plane_of_three.hpp"
+
 namespace graspctx::detail {
 
 namespace {
@@ -65,16 +67,9 @@ std::optional<Eigen::Vector3d> largest_plane(const std::vector<Sample>& samples)
   std::optional<Eigen::Vector3d> best;
   int most = 0;
   for (int draw = 0; draw < draws; ++draw) {
-    Eigen::Matrix3d points;
-    Eigen::Vector3d disparities;
-    for (int i = 0; i < 3; ++i) {
-      const Sample& sample = samples[random() % samples.size()];
-      points.row(i) << sample.u, sample.v, 1;
-      disparities[i] = sample.disparity_px;
-    }
-    constexpr double thin_px2 = 500;
-    if (std::abs(points.determinant()) < thin_px2) continue;
-    const Eigen::Vector3d plane = points.inverse() * disparities;
+    const auto drawn_through = plane_of_three(samples, random);
+    if (!drawn_through) continue;
+    const Eigen::Vector3d& plane = *drawn_through;
     const int count = support(plane, samples, every);
     if (count > most) {
       most = count;

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "detail/plane_geometry.hpp"
+#include "detail/plane_of_three.hpp"
 #include "detail/quantile.hpp"
 
 namespace graspctx::detail {
@@ -49,15 +50,9 @@ std::optional<Coefficients> drawn_plane(const std::vector<OutlineMatch>& outline
   };
   std::vector<Drawn> drawn;
   for (int draw = 0; draw < draws; ++draw) {
-    Eigen::Matrix3d points;
-    Eigen::Vector3d disparities;
-    for (int i = 0; i < 3; ++i) {
-      const OutlineMatch& match = outline[random() % outline.size()];
-      points.row(i) << match.u, match.v, 1;
-      disparities[i] = match.disparity_px;
-    }
-    if (std::abs(points.determinant()) < 1000) continue;  // twice the triangle's area: too thin
-    const Coefficients plane = points.inverse() * disparities;
+    const auto drawn_through = plane_of_three(outline, random);
+    if (!drawn_through) continue;
+    const Eigen::Vector3d& plane = *drawn_through;
     const TablePlane table = plane_from_disparity(plane, camera);
     if (is_support(table)) drawn.push_back({plane, table.normal, support(plane, outline)});
   }
