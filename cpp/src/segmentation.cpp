@@ -197,7 +197,7 @@ Segmentation segment_objects(const RectifiedPair& pair, const Disparity& dispari
   if (options.cues == CueLevel::colour && (view.plane || view.plain)) {
     hypotheses = detail::hypotheses_by_grouping(pair, disparity, camera, view, options);
   } else if (view.plane) {
-    hypotheses = detail::hypotheses_on_table(pair, relief, *view.plane, frame, camera, options);
+    hypotheses = view.raised;
   } else {
     hypotheses = detail::hypotheses_by_disparity(pair, disparity, camera, options);
   }

@@ -4,7 +4,6 @@
 #include <cstring>
 #include <exception>
 #include <iostream>
-#include <map>
 #include <opencv2/imgproc.hpp>
 #include <string>
 #include <vector>
@@ -13,6 +12,7 @@
 #include "detail/grouping_trees.hpp"
 #include "detail/scene_cues.hpp"
 #include "detail/table_view.hpp"
+#include "detail/whole_objects.hpp"
 #include "graspctx/io/atomic_file.hpp"
 #include "graspctx/io/calibration_file.hpp"
 #include "graspctx/io/image_file.hpp"
@@ -88,19 +88,24 @@ void add_scene(const std::string& folder, const std::string& what, Examples& exa
     return;
   }
   grouping.run(detail::learnt_union_probability, detail::least_union_probability);
-  std::map<int, Votes> of_group;
-  for (int region = 0; region < superpixels.count; ++region) {
-    const int group = grouping.group_of(region);
-    if (group < 0) continue;
-    for (std::size_t i = 0; i < sizes.size(); ++i) of_group[group][i] += votes[std::size_t(region)][i];
+  std::vector<Features> in_context;
+  if (what == "whole") {
+    in_context = detail::features_in_context(grouping, detail::learnt_probabilities_by_itself(grouping));
   }
-  for (const auto& [group, sum] : of_group) {
+  for (int group = 0; group < static_cast<int>(grouping.groups().size()); ++group) {
+    Votes sum{};
+    double area = 0;
+    for (const int region : grouping.regions_of(group)) {
+      for (std::size_t id = 0; id < sum.size(); ++id) {
+        sum[id] += votes[std::size_t(region)][id];
+        area += votes[std::size_t(region)][id];
+      }
+    }
     double best = 0;
-    const double area = grouping.region(group).sums.area;
     for (std::size_t id = 1; id < sum.size(); ++id) {
       best = std::max(best, sum[id] / std::max(1.0, area + sizes[id] - sum[id]));
     }
-    examples.add(best > 0.5, 1, grouping.features_of(group));
+    examples.add(best, 1, what == "whole" ? in_context[std::size_t(group)] : grouping.features_of(group));
   }
 }
 
@@ -108,8 +113,8 @@ void add_scene(const std::string& folder, const std::string& what, Examples& exa
 
 int main(int argc, char** argv) {
   const std::string what = argc > 1 ? argv[1] : "";
-  if (argc < 4 || (what != "foreground" && what != "union" && what != "object")) {
-    std::cerr << "usage: graspctx_grouping_examples foreground|union|object OUT.f32 SCENE…\n";
+  if (argc < 4 || (what != "foreground" && what != "union" && what != "object" && what != "whole")) {
+    std::cerr << "usage: graspctx_grouping_examples foreground|union|object|whole OUT.f32 SCENE…\n";
     return 2;
   }
   try {

@@ -31,6 +31,8 @@ inline detail::SceneCues blank_cues(const cv::Mat& image) {
   cues.point_m = cv::Mat(image.size(), CV_32FC3, cv::Scalar::all(unknown));
   cues.on_plain_table = cv::Mat::zeros(image.size(), CV_8UC1);
   cues.first_guess = cv::Mat::zeros(image.size(), CV_8UC1);
+  cues.guess_piece = cv::Mat::zeros(image.size(), CV_32SC1);
+  cues.raised_piece = cv::Mat::zeros(image.size(), CV_32SC1);
   return cues;
 }
 
@@ -66,6 +68,8 @@ inline detail::SceneCues random_cues(const cv::Size& size, std::uint32_t seed) {
       cues.plain_off_hue.at<float>(v, u) = random(0, 4);
       cues.on_plain_table.at<uchar>(v, u) = random(0, 1) < 0.5F ? 255 : 0;
       cues.first_guess.at<uchar>(v, u) = random(0, 1) < 0.5F ? 255 : 0;
+      cues.guess_piece.at<int>(v, u) = cvFloor(random(0, 4));
+      cues.raised_piece.at<int>(v, u) = cvFloor(random(0, 4));
     }
   }
   return cues;

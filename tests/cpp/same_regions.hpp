@@ -28,6 +28,8 @@ inline void expect_same_sums(const detail::Region& a, const detail::Region& b) {
   }
   EXPECT_EQ(a.heights, b.heights);
   EXPECT_EQ(a.colours, b.colours);
+  EXPECT_EQ(a.guessed, b.guessed);
+  EXPECT_EQ(a.raised, b.raised);
 }
 
 inline void expect_same(const detail::Border& a, const detail::Border& b) {

@@ -13,6 +13,7 @@
 #include "detail/grouping.hpp"
 #include "detail/tree_ensemble.hpp"
 #include "same_regions.hpp"
+#include "strips.hpp"
 
 namespace graspctx {
 namespace {
@@ -24,37 +25,37 @@ using detail::region_graph;
 using detail::RegionGraph;
 using detail::SceneCues;
 using detail::Superpixels;
+using testing::all_foreground;
+using testing::grown;
+using testing::strips;
 using testing::tiles;
 
 const cv::Size image_size(60, 40);
 
-/// A graph of which every region is foreground.
-RegionGraph all_foreground(const SceneCues& cues, const Superpixels& superpixels) {
-  RegionGraph graph = region_graph(cues, superpixels);
-  for (Region& region : graph.regions) region.sums.foreground = region.sums.area;
-  return graph;
-}
-
-/// Upright strips side by side, 10 px wide, numbered from the left.
-RegionGraph strips(int count) {
-  const cv::Size size(10 * count, 20);
-  return all_foreground(testing::blank_cues(size), tiles(size, {10, 20}));
-}
-
+/// The lowest region of the group that each region ended in; -1 for those that took no part.
 std::vector<int> groups_of(const Grouping& grouping, int regions) {
-  std::vector<int> result;
-  for (int region = 0; region < regions; ++region) result.push_back(grouping.group_of(region));
+  std::vector<int> result(std::size_t(regions), -1);
+  // Later groups hold earlier ones.
+  for (int group = 0; group < int(grouping.groups().size()); ++group) {
+    const std::vector<int> parts = grouping.regions_of(group);
+    for (const int region : parts) {
+      result[std::size_t(region)] = *std::min_element(parts.begin(), parts.end());
+    }
+  }
   return result;
 }
 
-/// Has a side of the union grown out of more than one strip?
-bool grown(const Features& features) {
-  return std::exp(features[0]) > 210;
+/// The groups that have not become part of another.
+std::vector<int> last_groups(const Grouping& grouping) {
+  std::vector<int> last;
+  for (int group = 0; group < int(grouping.groups().size()); ++group) {
+    if (grouping.groups()[std::size_t(group)].next_probability == 0) last.push_back(group);
+  }
+  return last;
 }
 
 TEST(Grouping, BeginsWithEachRegionByItself) {
   const Grouping grouping(strips(4));
-  EXPECT_EQ(grouping.groups(), (std::vector<int>{0, 1, 2, 3}));
   EXPECT_EQ(groups_of(grouping, 4), (std::vector<int>{0, 1, 2, 3}));
 }
 
@@ -67,9 +68,10 @@ TEST(Grouping, TheMostProbableUnionHappensFirst) {
           return grown(features) ? 0.0 : std::min(a, b) == best ? 0.9 : 0.6 + 0.05 * std::min(a, b);
         },
         0.5);
-    EXPECT_EQ(grouping.group_of(best), grouping.group_of(best + 1)) << best;
+    const std::vector<int> groups = groups_of(grouping, 5);
+    EXPECT_EQ(groups[std::size_t(best)], groups[std::size_t(best) + 1]) << best;
     if (best > 0) {
-      EXPECT_NE(grouping.group_of(best - 1), grouping.group_of(best)) << best;
+      EXPECT_NE(groups[std::size_t(best) - 1], groups[std::size_t(best)]) << best;
     }
   }
 }
@@ -78,11 +80,11 @@ TEST(Grouping, KeepsToTheLeast) {
   for (const double probability : {0.49, 0.5, 0.51}) {
     Grouping grouping(strips(3));
     grouping.run([&](int, int, const Features&) { return probability; }, 0.5);
-    EXPECT_EQ(grouping.groups().size(), probability >= 0.5 ? 1u : 3u);
+    EXPECT_EQ(last_groups(grouping).size(), probability >= 0.5 ? 1u : 3u);
   }
   Grouping grouping(strips(3));
   grouping.run([&](int, int, const Features&) { return std::nan(""); }, 0.5);
-  EXPECT_EQ(grouping.groups().size(), 3u);
+  EXPECT_EQ(last_groups(grouping).size(), 3u);
 }
 
 TEST(Grouping, AUnionIsJudgedAnewWhenASideHasGrown) {
@@ -93,7 +95,7 @@ TEST(Grouping, AUnionIsJudgedAnewWhenASideHasGrown) {
         return std::min(a, b) == 0 && std::max(a, b) == 1 ? 0.7 : grown(features) ? 0.9 : 0.1;
       },
       0.5);
-  EXPECT_EQ(more.groups().size(), 1u);
+  EXPECT_EQ(last_groups(more).size(), 1u);
   // And the other way round: 0.8 was right for two strips only.
   Grouping less(strips(3));
   less.run(
@@ -106,8 +108,8 @@ TEST(Grouping, AUnionIsJudgedAnewWhenASideHasGrown) {
 
 TEST(Grouping, LittleForegroundTakesNoPart) {
   RegionGraph graph = strips(4);
-  graph.regions[1].sums.foreground = 0.39 * graph.regions[1].sums.area;
-  graph.regions[2].sums.foreground = 0.41 * graph.regions[2].sums.area;
+  graph.regions[1].sums.foreground = 0.19 * graph.regions[1].sums.area;
+  graph.regions[2].sums.foreground = 0.21 * graph.regions[2].sums.area;
   Grouping grouping(std::move(graph));
   grouping.run(
       [](int a, int b, const Features&) {
@@ -117,7 +119,6 @@ TEST(Grouping, LittleForegroundTakesNoPart) {
       },
       0.5);
   EXPECT_EQ(groups_of(grouping, 4), (std::vector<int>{0, -1, 2, 2}));
-  EXPECT_EQ(grouping.groups(), (std::vector<int>{0, 2}));
   EXPECT_EQ(grouping.region(0).ground_px, 20);
   EXPECT_EQ(grouping.region(2).ground_px, 20);
 }
@@ -145,27 +146,28 @@ TEST(Grouping, GroupsAreWhatTheirJoinedPixelsAre) {
     for (std::size_t i = seed; i < graph.regions.size(); i += 5) graph.regions[i].sums.foreground = 0;
     Grouping grouping(graph);
     grouping.run(arbitrary, 0.6);
-    const std::vector<int> groups = grouping.groups();
+    const std::vector<int> groups = last_groups(grouping), group_of = groups_of(grouping, superpixels.count);
     ASSERT_LT(groups.size(), graph.regions.size() / 2);
     ASSERT_GT(groups.size(), 1u);
 
     Superpixels joined{superpixels.labels.clone(), superpixels.count};
     for (int& label : cv::Mat_<int>(joined.labels)) {
-      if (grouping.group_of(label) >= 0) label = grouping.group_of(label);
+      if (group_of[std::size_t(label)] >= 0) label = group_of[std::size_t(label)];
     }
     RegionGraph truth = region_graph(cues, joined);
     for (const int group : groups) {
-      Region& region = truth.regions[std::size_t(group)];
+      const std::vector<int> parts = grouping.regions_of(group);
+      const int number = *std::min_element(parts.begin(), parts.end());
+      Region& region = truth.regions[std::size_t(number)];
       region.sums.foreground = region.sums.area;
-      for (const auto& [neighbour, border] : truth.borders[std::size_t(group)]) {
-        if (grouping.group_of(neighbour) < 0) region.ground_px += border.length_px;
+      for (const auto& [neighbour, border] : truth.borders[std::size_t(number)]) {
+        if (group_of[std::size_t(neighbour)] < 0) region.ground_px += border.length_px;
       }
-      testing::expect_same_sums(grouping.region(group), region);
-      EXPECT_EQ(grouping.region(group).perimeter_px, region.perimeter_px);
-      EXPECT_EQ(grouping.region(group).ground_px, region.ground_px);
-      detail::Border around;
-      for (const auto& [neighbour, border] : truth.borders[std::size_t(group)]) around.add(border);
-      const Features found = grouping.features_of(group), expected = detail::object_features(region, around);
+      testing::expect_same_sums(grouping.region(number), region);
+      EXPECT_EQ(grouping.region(number).perimeter_px, region.perimeter_px);
+      EXPECT_EQ(grouping.region(number).ground_px, region.ground_px);
+      const Features& found = grouping.groups()[std::size_t(group)].appearance;
+      const Features expected = detail::object_features(truth, number);
       ASSERT_EQ(found.size(), expected.size());
       for (std::size_t i = 0; i < found.size(); ++i) {
         if (std::isnan(expected[i])) {
@@ -190,15 +192,16 @@ TEST(Grouping, AsksWithTheFeaturesOfTheGrownRegions) {
         return arbitrary(a, b, features);
       },
       0.9);
+  const std::vector<int> group_of = groups_of(grouping, superpixels.count);
   Superpixels joined{superpixels.labels.clone(), superpixels.count};
-  for (int& label : cv::Mat_<int>(joined.labels)) label = grouping.group_of(label);
+  for (int& label : cv::Mat_<int>(joined.labels)) label = group_of[std::size_t(label)];
   RegionGraph truth = region_graph(cues, joined);
   for (Region& region : truth.regions) region.sums.foreground = region.sums.area;
   int asked = 0;
-  for (const int a : grouping.groups()) {
+  for (int a = 0; a < superpixels.count; ++a) {
     for (const auto& [b, border] : truth.borders[std::size_t(a)]) {
       const Region &x = truth.regions[std::size_t(a)], &y = truth.regions[std::size_t(b)];
-      if (a > b || x.sums.area == y.sums.area) continue;
+      if (a > b) continue;
       const Features expected = detail::union_features(x, y, border);
       const auto found = last.find({a, b});
       ASSERT_NE(found, last.end());
@@ -216,10 +219,10 @@ TEST(Grouping, AllAsOneHasNoBorderLeft) {
   const Superpixels superpixels = tiles(image_size, {7, 6});
   Grouping grouping(all_foreground(testing::random_cues(image_size, 9), superpixels));
   grouping.run([](int, int, const Features&) { return 1.0; }, 0.5);
-  ASSERT_EQ(grouping.groups(), std::vector<int>{0});
+  ASSERT_EQ(last_groups(grouping).size(), 1u);
   EXPECT_EQ(grouping.region(0).sums.area, image_size.area());
   EXPECT_EQ(grouping.region(0).perimeter_px, 0);
-  for (int region = 0; region < superpixels.count; ++region) EXPECT_EQ(grouping.group_of(region), 0);
+  EXPECT_EQ(groups_of(grouping, superpixels.count), std::vector<int>(std::size_t(superpixels.count), 0));
 }
 
 TEST(Grouping, IsTheSameTwice) {
@@ -233,10 +236,28 @@ TEST(Grouping, IsTheSameTwice) {
     one.run(probability, 0.5);
     other.run(probability, 0.5);
     EXPECT_EQ(groups_of(one, superpixels.count), groups_of(other, superpixels.count));
-    const std::vector<int> before = groups_of(one, superpixels.count);
+    const std::size_t before = one.groups().size();
     one.run(probability, 0.5);  // nothing is left to do
-    EXPECT_EQ(groups_of(one, superpixels.count), before);
+    EXPECT_EQ(one.groups().size(), before);
   }
+}
+
+TEST(Grouping, TellsHowProbableEachUnionWas) {
+  Grouping grouping(strips(3));
+  grouping.run([](int, int, const Features& features) { return grown(features) ? 0.6 : 0.9; }, 0.5);
+  ASSERT_EQ(grouping.groups().size(), 5u);
+  const detail::Group &first = grouping.groups()[3], &second = grouping.groups()[4];
+  EXPECT_EQ(first.union_probability, 0.9);
+  EXPECT_EQ(first.next_probability, 0.6);
+  EXPECT_EQ(second.union_probability, 0.6);
+  EXPECT_EQ(second.next_probability, 0);
+  const Features features = grouping.features_of(4);
+  const std::size_t own = second.appearance.size();
+  ASSERT_EQ(features.size(), own + 3);
+  EXPECT_FLOAT_EQ(features[own], 0.6F);
+  EXPECT_FLOAT_EQ(features[own + 1], 0);
+  EXPECT_FLOAT_EQ(features[own + 2], 0.9F);
+  EXPECT_TRUE(std::isnan(grouping.features_of(0)[own + 2]));  // a single region
 }
 
 TEST(Grouping, AnEmptyGraphHasNoGroups) {

@@ -9,8 +9,6 @@
 namespace graspctx {
 namespace {
 
-using detail::Hypothesis;
-
 const StereoCamera camera = testing::test_camera();
 const cv::Size size(camera.width_px, camera.height_px);
 const cv::Scalar bare(120, 120, 120), other(60, 90, 200), faint(135, 135, 135);
@@ -31,14 +29,14 @@ detail::PlainTable lower_table(const cv::Mat& not_table) {
   return table;
 }
 
-std::vector<Hypothesis> found_without_plane(const cv::Mat& not_table, const cv::Scalar& colour) {
+std::vector<cv::Mat> found_without_plane(const cv::Mat& not_table, const cv::Scalar& colour) {
   cv::Mat image(size, CV_8UC3, bare);
   image.setTo(colour, not_table);
   Disparity disparity;
   disparity.dense = cv::Mat(size, CV_32FC1, cv::Scalar(60));
   disparity.reliable = disparity.dense;
-  return detail::hypotheses_on_plain_table({image, image}, disparity, lower_table(not_table), nullptr, camera,
-                                           {});
+  return detail::figures_on_plain_table({image, image}, disparity, lower_table(not_table), nullptr, camera,
+                                        {});
 }
 
 TEST(PlainTableObjects, WhatRunsAlongTheBorderIsBackground) {
@@ -49,9 +47,9 @@ TEST(PlainTableObjects, WhatRunsAlongTheBorderIsBackground) {
   Disparity disparity;
   disparity.dense = cv::Mat(size, CV_32FC1, cv::Scalar(60));
   disparity.reliable = disparity.dense;
-  const auto found = detail::hypotheses_on_plain_table({image, image}, disparity, table, nullptr, camera, {});
+  const auto found = detail::figures_on_plain_table({image, image}, disparity, table, nullptr, camera, {});
   ASSERT_EQ(found.size(), 1u);
-  EXPECT_EQ(found[0].seeds.at<uchar>(140, 320), 255);
+  EXPECT_EQ(found[0].at<uchar>(140, 320), 255);
 }
 
 TEST(PlainTableObjects, AScrapBesideAFigureIsItsOwn) {
@@ -59,7 +57,7 @@ TEST(PlainTableObjects, AScrapBesideAFigureIsItsOwn) {
   const cv::Mat handle = rectangle({263, 218, 27, 5}) | rest;  // seen in two pieces, 3 px apart
   const auto spoon = found_without_plane(bowl | handle, faint);
   ASSERT_EQ(spoon.size(), 1u);
-  EXPECT_EQ(spoon[0].seeds.at<uchar>(220, 310), 255);
+  EXPECT_EQ(spoon[0].at<uchar>(220, 310), 255);
   // Of about the same size they may be two.
   EXPECT_EQ(found_without_plane(bowl | rectangle({263, 200, 40, 40}), faint).size(), 2u);
 }

@@ -36,7 +36,9 @@ std::vector<std::pair<std::string, cv::Mat>> maps(const SceneCues& cues) {
           {"plain_light", cues.plain_light},
           {"plain_off_hue", cues.plain_off_hue},
           {"on_plain_table", cues.on_plain_table},
-          {"first_guess", cues.first_guess}};
+          {"first_guess", cues.first_guess},
+          {"guess_piece", cues.guess_piece},
+          {"raised_piece", cues.raised_piece}};
 }
 
 void expect_maps(const SceneCues& cues, const cv::Size& size) {
@@ -45,6 +47,7 @@ void expect_maps(const SceneCues& cues, const cv::Size& size) {
     const int type = name == "image"                                     ? CV_8UC3
                      : name == "lab" || name == "point_m"                ? CV_32FC3
                      : name == "on_plain_table" || name == "first_guess" ? CV_8UC1
+                     : name == "guess_piece" || name == "raised_piece"   ? CV_32SC1
                                                                          : CV_32FC1;
     EXPECT_EQ(map.type(), type) << name;
   }

@@ -1,22 +1,23 @@
 #include "detail/grouped_hypotheses.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
 #include "detail/depth_hypotheses.hpp"
 #include "detail/grouping.hpp"
-#include "detail/grouping_trees.hpp"
 #include "detail/scene_cues.hpp"
 #include "detail/segment_disparity.hpp"
-#include "detail/table_hypotheses.hpp"
+#include "detail/superpixels.hpp"
+#include "detail/whole_objects.hpp"
 
 namespace graspctx::detail {
 
 namespace {
 
 /// What is missed is lost, and what is found wrongly can still be seen through later: rather too much.
-constexpr double least_object_probability = 0.3;
+constexpr double least_object_probability = 0.25;
 
 /// The pixels of a group, without the table that shows through a handle: the regions are coarse. On a plain
 /// table it is what has the table's colour and is no inside by the first guess. On another, what is of a
@@ -32,6 +33,16 @@ cv::Mat without_table(const cv::Mat& group, const SceneCues& cues) {
   return group & (raised | ~like_table);
 }
 
+/// The pixels of a group, 255 in a CV_8UC1 of the size of the labels.
+cv::Mat mask_of(const std::vector<int>& regions, const Superpixels& superpixels) {
+  std::vector<uchar> is_part(static_cast<std::size_t>(superpixels.count), 0);
+  for (const int region : regions) is_part[static_cast<std::size_t>(region)] = 255;
+  cv::Mat mask(superpixels.labels.size(), CV_8UC1);
+  std::transform(superpixels.labels.begin<int>(), superpixels.labels.end<int>(), mask.begin<uchar>(),
+                 [&](int label) { return is_part[static_cast<std::size_t>(label)]; });
+  return mask;
+}
+
 }  // namespace
 
 std::vector<Hypothesis> hypotheses_by_grouping(const RectifiedPair& pair, const Disparity& disparity,
@@ -42,17 +53,6 @@ std::vector<Hypothesis> hypotheses_by_grouping(const RectifiedPair& pair, const 
   const double anywhere_px = median_disparity(everywhere, disparity.dense);
   const auto is_known = [&](double disparity_px) { return std::isfinite(camera.depth_m(disparity_px)); };
   if (!is_known(anywhere_px)) return {};
-  std::vector<Hypothesis> found;
-  cv::Mat explained = cv::Mat::zeros(pair.left.size(), CV_8UC1);
-  const auto add = [&](const cv::Mat& seeds) {
-    explained |= seeds;
-    Hypothesis hypothesis;
-    hypothesis.seeds = seeds;
-    const double own_px = median_disparity(seeds, disparity.dense);
-    hypothesis.disparity_px = is_known(own_px) ? own_px : anywhere_px;
-    hypothesis.saliency = saliency_of(cv::countNonZero(seeds), hypothesis.disparity_px, camera);
-    found.push_back(std::move(hypothesis));
-  };
 
   const SceneCues cues = scene_cues(pair, disparity, camera, view);
   const Superpixels superpixels = find_superpixels(cues.image);
@@ -60,41 +60,15 @@ std::vector<Hypothesis> hypotheses_by_grouping(const RectifiedPair& pair, const 
   judge_foreground(graph, cues);
   Grouping grouping(std::move(graph));
   grouping.run(learnt_union_probability, least_union_probability);
-  for (const int group : grouping.groups()) {
-    if (object_trees.probability(grouping.features_of(group).data()) < least_object_probability) continue;
-    cv::Mat mask(superpixels.labels.size(), CV_8UC1), seeds;
-    for (int v = 0; v < mask.rows; ++v) {
-      for (int u = 0; u < mask.cols; ++u) {
-        mask.at<uchar>(v, u) = grouping.group_of(superpixels.labels.at<int>(v, u)) == group ? 255 : 0;
-      }
-    }
-    cv::resize(without_table(mask, cues), seeds, pair.left.size(), 0, 0, cv::INTER_NEAREST);
-    add(seeds);
-  }
-
-  // Thin things are lost among the regions: what the first guess holds besides, and what stands out of the
-  // plane where the trees do not see the ground for sure.
-  const auto add_unexplained = [&](const cv::Mat& piece) {
-    constexpr double most_explained = 0.2;
-    if (cv::countNonZero(piece & explained) <= most_explained * cv::countNonZero(piece)) add(piece);
-  };
-  cv::Mat labels;
-  const int count = cv::connectedComponents(view.first_guess, labels, 8, CV_32S);
-  for (int label = 1; label < count; ++label) add_unexplained(labels == label);
-  if (view.plane) {
-    cv::Mat foreground(superpixels.labels.size(), CV_32FC1);
-    for (int v = 0; v < foreground.rows; ++v) {
-      for (int u = 0; u < foreground.cols; ++u) {
-        const RegionSums& sums = grouping.region(superpixels.labels.at<int>(v, u)).sums;
-        foreground.at<float>(v, u) = static_cast<float>(sums.foreground / sums.area);
-      }
-    }
-    cv::resize(foreground, foreground, pair.left.size(), 0, 0, cv::INTER_NEAREST);
-    constexpr double least_foreground = 0.1;
-    for (const Hypothesis& raised :
-         hypotheses_on_table(pair, view.relief, *view.plane, view.frame, camera, options)) {
-      if (cv::mean(foreground, raised.seeds)[0] >= least_foreground) add_unexplained(raised.seeds);
-    }
+  std::vector<Hypothesis> found;
+  for (const int group : whole_objects(grouping, learnt_probabilities(grouping), least_object_probability)) {
+    const cv::Mat mask = without_table(mask_of(grouping.regions_of(group), superpixels), cues);
+    Hypothesis hypothesis;
+    cv::resize(mask, hypothesis.seeds, pair.left.size(), 0, 0, cv::INTER_NEAREST);
+    const double own_px = median_disparity(hypothesis.seeds, disparity.dense);
+    hypothesis.disparity_px = is_known(own_px) ? own_px : anywhere_px;
+    hypothesis.saliency = saliency_of(cv::countNonZero(hypothesis.seeds), hypothesis.disparity_px, camera);
+    found.push_back(std::move(hypothesis));
   }
   if (!view.plane) drop_parts_of_wall(pair, disparity, camera, options.max_extent_m, found);
   sort_by_saliency(found);

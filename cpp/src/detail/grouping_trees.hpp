@@ -7,5 +7,6 @@ namespace graspctx::detail {
 extern const TreeEnsemble foreground_trees;
 extern const TreeEnsemble union_trees;
 extern const TreeEnsemble object_trees;
+extern const TreeEnsemble whole_trees;
 
 }  // namespace graspctx::detail

@@ -10,7 +10,6 @@ namespace graspctx::detail {
 /// Where an object may be: pixels that are surely its own.
 struct Hypothesis {
   cv::Mat seeds;            // CV_8UC1 of the image's size, 255 = the hypothesis
-  cv::Mat figure;           // CV_8UC1, the whole object where it is known with the hypothesis; else empty
   double disparity_px = 0;  // median, where the view is fixated
   double saliency = 0;
 };

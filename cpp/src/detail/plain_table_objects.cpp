@@ -206,10 +206,9 @@ bool outweighs_plane(const PlainTable& table, const Relief& relief) {
   return plain_px > on_plane_px;
 }
 
-std::vector<Hypothesis> hypotheses_on_plain_table(const RectifiedPair& pair, const Disparity& disparity,
-                                                  const PlainTable& table, const Relief* relief,
-                                                  const StereoCamera& camera,
-                                                  const SegmentationOptions& options) {
+std::vector<cv::Mat> figures_on_plain_table(const RectifiedPair& pair, const Disparity& disparity,
+                                            const PlainTable& table, const Relief* relief,
+                                            const StereoCamera& camera, const SegmentationOptions& options) {
   cv::Mat bgr = pair.left;
   if (bgr.channels() == 1) cv::cvtColor(pair.left, bgr, cv::COLOR_GRAY2BGR);
   const auto anywhere_px = median_disparity(table.extent, disparity.reliable);
@@ -224,22 +223,15 @@ std::vector<Hypothesis> hypotheses_on_plain_table(const RectifiedPair& pair, con
   cv::morphologyEx(objects, objects, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_CROSS, {3, 3}));
   objects = with_insides(objects, compared.sigmas, shadow);
 
-  std::vector<Hypothesis> found;
+  std::vector<cv::Mat> found;
   for (const cv::Mat& figure : figures_with_scraps(objects)) {
-    const int area_px = cv::countNonZero(figure);
-    if (area_px < least_figure_px) continue;
-    Hypothesis hypothesis;
-    hypothesis.seeds = figure;
-    const auto own_px = median_disparity(grown(hypothesis.seeds, 1), disparity.reliable);
-    hypothesis.disparity_px = own_px.value_or(*anywhere_px);
-    if (runs_along_border(hypothesis.seeds, table)) continue;
-    if (relief != nullptr && !has_relief(hypothesis.seeds, *relief)) continue;
-    if (is_too_large(hypothesis.seeds, hypothesis.disparity_px, camera, options)) continue;
-    hypothesis.figure = with_part_beyond(hypothesis.seeds, bgr, table, disparity);
-    hypothesis.saliency = saliency_of(area_px, hypothesis.disparity_px, camera);
-    found.push_back(std::move(hypothesis));
+    if (cv::countNonZero(figure) < least_figure_px) continue;
+    const auto own_px = median_disparity(grown(figure, 1), disparity.reliable);
+    if (runs_along_border(figure, table)) continue;
+    if (relief != nullptr && !has_relief(figure, *relief)) continue;
+    if (is_too_large(figure, own_px.value_or(*anywhere_px), camera, options)) continue;
+    found.push_back(with_part_beyond(figure, bgr, table, disparity));
   }
-  sort_by_saliency(found);
   return found;
 }
 

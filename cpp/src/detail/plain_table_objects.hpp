@@ -1,7 +1,6 @@
 #pragma once
 #include <vector>
 
-#include "detail/hypothesis.hpp"
 #include "detail/plain_table.hpp"
 #include "detail/relief.hpp"
 #include "detail/table_frame.hpp"
@@ -15,12 +14,11 @@ bool lies_on_plane(const PlainTable& table, const Relief& relief);
 /// Of a plain table and a plane that is not its own only one can be the support: is more seen of the table?
 bool outweighs_plane(const PlainTable& table, const Relief& relief);
 
-/// What lies on a plain table, with its whole figure, most salient first: the connected pixels within the
-/// table's extent that are neither its colour nor its shadows', and what they go on as beyond its far edge.
-/// relief: over the plane, null where there is none.
-std::vector<Hypothesis> hypotheses_on_plain_table(const RectifiedPair& pair, const Disparity& disparity,
-                                                  const PlainTable& table, const Relief* relief,
-                                                  const StereoCamera& camera,
-                                                  const SegmentationOptions& options);
+/// The figures (CV_8UC1) of what lies on a plain table: the connected pixels within the table's extent that
+/// are neither its colour nor its shadows', and what they go on as beyond its far edge. relief: over the
+/// plane, null where there is none.
+std::vector<cv::Mat> figures_on_plain_table(const RectifiedPair& pair, const Disparity& disparity,
+                                            const PlainTable& table, const Relief* relief,
+                                            const StereoCamera& camera, const SegmentationOptions& options);
 
 }  // namespace graspctx::detail

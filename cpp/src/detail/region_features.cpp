@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <tuple>
 
 namespace graspctx::detail {
 
@@ -126,21 +127,54 @@ void append_appearance(const RegionSums& s, Features& to) {
   }
 }
 
+double sum_of(const Pieces& pieces) {
+  return std::accumulate(pieces.begin(), pieces.end(), 0.0,
+                         [](double sum, const auto& piece) { return sum + piece.second; });
+}
+
+/// Of the pixels of two regions that are part of a piece, the share that is part of the same one.
+double same_pieces(const Pieces& a, const Pieces& b) {
+  constexpr double least_px = 5;
+  const double of_a = sum_of(a), of_b = sum_of(b);
+  if (of_a < least_px || of_b < least_px) return unknown;
+  double same = 0;
+  for (const auto& [piece, area] : a) {
+    const auto other = b.find(piece);
+    if (other != b.end()) same += std::min(area / of_a, other->second / of_b);
+  }
+  return same;
+}
+
+/// How much of the region its pieces are, how much of that the largest, and how much of the largest it holds.
+void append_main_piece(const Pieces& own, const Pieces& whole, double area, Features& to) {
+  int main = 0;
+  double largest = 0;
+  for (const auto& [piece, pixels] : own) {
+    if (pixels <= largest) continue;
+    main = piece;
+    largest = pixels;
+  }
+  const double sum = sum_of(own);
+  to.push_back(static_cast<float>(sum / area));
+  to.push_back(static_cast<float>(share(largest, sum)));
+  to.push_back(static_cast<float>(main > 0 ? largest / whole.at(main) : unknown));
+}
+
 }  // namespace
 
 Features foreground_features(const RegionGraph& graph, int region, const SceneCues& cues) {
   const Region& own = graph.regions[std::size_t(region)];
   const Ellipse ellipse(own.sums);
   Features features;
-  for (const double value :
-       {cues.has_plane ? 1.0 : 0.0, cues.has_plain_table ? 1.0 : 0.0, std::log(own.sums.area),
-        own.sums.at_border > 0 ? 1.0 : 0.0, ellipse.major / ellipse.minor}) {
+  for (const double value : {cues.has_plane ? 1.0 : 0.0, cues.has_plain_table ? 1.0 : 0.0,
+                             std::log(own.sums.area), own.sums.at_border > 0 ? 1.0 : 0.0,
+                             ellipse.major / ellipse.minor, sum_of(own.raised) / own.sums.area}) {
     features.push_back(static_cast<float>(value));
   }
   append_appearance(own.sums, features);
   // The same of what is around, weighted by the length of the border.
   Features around;
-  double length_px = 0, colour_step = 0, weakest = std::numeric_limits<double>::infinity();
+  double length_px = 0, colour_step = 0, raised_around = 0, weakest = unknown;
   std::vector<double> sums, weights;
   for (const auto& [neighbour, border] : graph.borders[std::size_t(region)]) {
     around.clear();
@@ -154,18 +188,24 @@ Features foreground_features(const RegionGraph& graph, int region, const SceneCu
     }
     length_px += border.length_px;
     colour_step += border.colour_step;
-    weakest = std::min(weakest, border.colour_step / border.length_px);
+    const Region& other = graph.regions[std::size_t(neighbour)];
+    raised_around += border.length_px * sum_of(other.raised) / other.sums.area;
+    weakest = std::fmin(weakest, border.colour_step / border.length_px);  // the other if one is unknown
   }
   for (const std::size_t i : {1, 3, 4, 5, 6, 9, 10, 11, 13, 14, 17}) {
     features.push_back(static_cast<float>(i < sums.size() ? share(sums[i], weights[i]) : unknown));
   }
   features.push_back(static_cast<float>(share(colour_step, length_px)));
   features.push_back(static_cast<float>(weakest));
+  features.push_back(static_cast<float>(share(raised_around, length_px)));
   return features;
 }
 
 Features union_features(const Region& a, const Region& b, const Border& border) {
-  const bool a_is_larger = a.sums.area >= b.sums.area;
+  const auto order = [](const Region& r) {  // of regions of one size, any order that is always the same
+    return std::make_tuple(r.sums.area, r.perimeter_px, r.sums.lab[0], r.sums.v, r.sums.u);
+  };
+  const bool a_is_larger = order(a) >= order(b);
   const Region &large = a_is_larger ? a : b, &small = a_is_larger ? b : a;
   const RegionSums &x = large.sums, &y = small.sums;
   RegionSums z = x;
@@ -214,7 +254,7 @@ Features union_features(const Region& a, const Region& b, const Border& border) 
                              flat_x,
                              flat_y,
                              flat_z,
-                             flat_z - std::max(flat_x, flat_y),
+                             flat_z - std::fmax(flat_x, flat_y),  // of the known one
                              extent_x,
                              extent_y,
                              extent_z,
@@ -236,26 +276,47 @@ Features union_features(const Region& a, const Region& b, const Border& border) 
                              large.ground_px / std::max(large.perimeter_px, 1.0),
                              small.ground_px / std::max(small.perimeter_px, 1.0),
                              x.first_guess / x.area,
-                             y.first_guess / y.area}) {
+                             y.first_guess / y.area,
+                             same_pieces(a.guessed, b.guessed),
+                             same_pieces(a.raised, b.raised),
+                             sum_of(large.raised) / x.area,
+                             sum_of(small.raised) / y.area}) {
     features.push_back(static_cast<float>(value));
   }
   return features;
 }
 
-Features object_features(const Region& region, const Border& all_around) {
+Features object_features(const RegionGraph& graph, int number) {
+  const Region& region = graph.regions[std::size_t(number)];
+  Border all_around;
+  for (const auto& [neighbour, border] : graph.borders[std::size_t(number)]) all_around.add(border);
   const RegionSums& s = region.sums;
   const Ellipse ellipse(s);
   Features features;
-  for (const double value :
-       {std::log(s.area), s.at_border > 0 ? 1.0 : 0.0, ellipse.fill, ellipse.major / ellipse.minor,
-        ellipse.minor, s.foreground / s.area, extent_m(s), off_own_plane_px(s),
-        height_quantile_m(region, 0.05), height_quantile_m(region, 0.5), height_quantile_m(region, 0.95),
-        region.ground_px / std::max(region.perimeter_px, 1.0), s.area / std::max(region.perimeter_px, 1.0),
-        all_around.colour_step / std::max(all_around.length_px, 1.0), colour_quantile(all_around, 0.25),
-        share(all_around.step_px, all_around.known), share(all_around.large_steps, all_around.known),
-        share(all_around.dense_large_steps, all_around.dense_known)}) {
+  for (const double value : {std::log(s.area),
+                             s.at_border > 0 ? 1.0 : 0.0,
+                             ellipse.fill,
+                             ellipse.major / ellipse.minor,
+                             ellipse.minor,
+                             s.foreground / s.area,
+                             extent_m(s),
+                             off_own_plane_px(s),
+                             height_quantile_m(region, 0.05),
+                             height_quantile_m(region, 0.5),
+                             height_quantile_m(region, 0.95),
+                             region.ground_px / std::max(region.perimeter_px, 1.0),
+                             s.area / std::max(region.perimeter_px, 1.0),
+                             all_around.colour_step / std::max(all_around.length_px, 1.0),
+                             colour_quantile(all_around, 0.25),
+                             share(all_around.step_px, all_around.known),
+                             share(all_around.large_steps, all_around.known),
+                             share(all_around.dense_large_steps, all_around.dense_known),
+                             region.perimeter_px / std::sqrt(s.area),
+                             chroma_spread(s)}) {
     features.push_back(static_cast<float>(value));
   }
+  append_main_piece(region.guessed, graph.guessed, s.area, features);
+  append_main_piece(region.raised, graph.raised, s.area, features);
   append_appearance(s, features);
   return features;
 }

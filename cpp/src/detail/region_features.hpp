@@ -15,7 +15,7 @@ Features foreground_features(const RegionGraph& graph, int region, const SceneCu
 /// Are the two regions, which meet at the border, parts of one object?
 Features union_features(const Region& a, const Region& b, const Border& border);
 
-/// Is the region, grown together from others, an object as a whole? all_around: its borders together.
-Features object_features(const Region& region, const Border& all_around);
+/// Is the region, grown together from others, an object as a whole?
+Features object_features(const RegionGraph& graph, int region);
 
 }  // namespace graspctx::detail

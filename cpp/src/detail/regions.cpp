@@ -18,6 +18,10 @@ void add_all(Sums& to, const Sums& from) {
   for (std::size_t i = 0; i < sizeof(Sums) / sizeof(double); ++i) a[i] += b[i];
 }
 
+void add_pieces(Pieces& to, const Pieces& from) {
+  for (const auto& [piece, area] : from) to[piece] += area;
+}
+
 constexpr float surely_px = 0.3F, probably_px = 0.15F, surely_sigmas = 3, probably_sigmas = 2;
 constexpr float on_plane_px = 0.3F, below_px = -1;
 
@@ -72,6 +76,8 @@ void add_pixel(const SceneCues& cues, int v, int u, Region& region) {
   s.on_plain_table += cues.on_plain_table.at<uchar>(v, u) ? 1 : 0;
 
   s.first_guess += cues.first_guess.at<uchar>(v, u) ? 1 : 0;
+  if (const int piece = cues.guess_piece.at<int>(v, u)) region.guessed[piece] += 1;
+  if (const int piece = cues.raised_piece.at<int>(v, u)) region.raised[piece] += 1;
 
   const auto& p = cues.point_m.at<cv::Vec3f>(v, u);
   if (!std::isnan(p[2])) {
@@ -136,6 +142,8 @@ void RegionSums::add(const RegionSums& other) {
 void Region::add(const Region& other) {
   sums.add(other.sums);
   ground_px += other.ground_px;
+  add_pieces(guessed, other.guessed);
+  add_pieces(raised, other.raised);
   for (std::size_t i = 0; i < heights.size(); ++i) heights[i] += other.heights[i];
   for (std::size_t i = 0; i < colours.size(); ++i) colours[i] += other.colours[i];
 }
@@ -166,6 +174,10 @@ RegionGraph region_graph(const SceneCues& cues, const Superpixels& superpixels) 
         graph.regions[std::size_t(there)].perimeter_px += 1;
       }
     }
+  }
+  for (const Region& region : graph.regions) {
+    add_pieces(graph.guessed, region.guessed);
+    add_pieces(graph.raised, region.raised);
   }
   for (int a = 0; a < superpixels.count; ++a) {
     for (const auto& [b, border] : graph.borders[std::size_t(a)]) {

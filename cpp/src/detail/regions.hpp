@@ -33,10 +33,14 @@ struct RegionSums {
 
 constexpr std::size_t height_bins = 32, colour_cells = 150;
 
+/// Pixels by the piece they are part of (from 1).
+using Pieces = std::map<int, double>;
+
 struct Region {
   RegionSums sums;
   std::array<float, height_bins> heights{};   // pixels by height, 1 cm each from -2 cm
   std::array<float, colour_cells> colours{};  // pixels by lightness (6), a and b (5 each)
+  Pieces guessed, raised;                     // see SceneCues
   double perimeter_px = 0;
   double ground_px = 0;  // of the perimeter, where it borders on what is no foreground
   void add(const Region& other);
@@ -53,6 +57,7 @@ struct Border {
 
 struct RegionGraph {
   std::vector<Region> regions;
+  Pieces guessed, raised;                      // of the whole view
   std::vector<std::map<int, Border>> borders;  // of each region, by its neighbour; both have the same
 };
 

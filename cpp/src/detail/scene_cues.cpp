@@ -136,6 +136,11 @@ SceneCues scene_cues(const RectifiedPair& pair, const Disparity& disparity, cons
     cues.on_plain_table = cv::Mat::zeros(size, CV_8UC1);
   }
   cues.first_guess = view.first_guess.empty() ? cv::Mat::zeros(size, CV_8UC1) : view.first_guess;
+  cv::connectedComponents(cues.first_guess, cues.guess_piece, 8, CV_32S);
+  cues.raised_piece = cv::Mat::zeros(size, CV_32SC1);
+  for (std::size_t i = 0; i < view.raised.size(); ++i) {
+    cues.raised_piece.setTo(static_cast<int>(i) + 1, view.raised[i].seeds);
+  }
   cues.point_m = points_of(cues.disparity_px, camera);
   cues.table_likeness = likeness_to(ground, cues.image);
 
@@ -143,10 +148,11 @@ SceneCues scene_cues(const RectifiedPair& pair, const Disparity& disparity, cons
   if (size.width > widest_px) {
     const double scale = wanted_px / size.width;
     cv::resize(cues.image, cues.image, {}, scale, scale, cv::INTER_AREA);
-    for (cv::Mat* map : {&cues.residual_px, &cues.sigma_px, &cues.dense_px, &cues.height_m,
-                         &cues.dense_height_m, &cues.disparity_px, &cues.point_m, &cues.table_misfit,
-                         &cues.inside_table_m, &cues.table_likeness, &cues.plain_sigmas, &cues.plain_light,
-                         &cues.plain_off_hue, &cues.on_plain_table, &cues.first_guess}) {
+    for (cv::Mat* map :
+         {&cues.residual_px, &cues.sigma_px, &cues.dense_px, &cues.height_m, &cues.dense_height_m,
+          &cues.disparity_px, &cues.point_m, &cues.table_misfit, &cues.inside_table_m, &cues.table_likeness,
+          &cues.plain_sigmas, &cues.plain_light, &cues.plain_off_hue, &cues.on_plain_table, &cues.first_guess,
+          &cues.guess_piece, &cues.raised_piece}) {
       cv::Mat small;
       cv::resize(*map, small, cues.image.size(), 0, 0, cv::INTER_NEAREST);
       *map = small;

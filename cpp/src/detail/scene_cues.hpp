@@ -29,6 +29,8 @@ struct SceneCues {
   cv::Mat plain_off_hue;
   cv::Mat on_plain_table;  // CV_8UC1, 255 within its extent
   cv::Mat first_guess;     // CV_8UC1, see TableView
+  // CV_32SC1, 0 = none: connected parts of the first guess, and the objects of TableView::raised.
+  cv::Mat guess_piece, raised_piece;
 };
 
 SceneCues scene_cues(const RectifiedPair& pair, const Disparity& disparity, const StereoCamera& camera,

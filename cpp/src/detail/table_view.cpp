@@ -3,6 +3,7 @@
 #include "detail/plain_table_objects.hpp"
 #include "detail/strange_colours.hpp"
 #include "detail/table_fit.hpp"
+#include "detail/table_hypotheses.hpp"
 
 namespace graspctx::detail {
 
@@ -32,6 +33,9 @@ TableView look_at_table(const RectifiedPair& pair, const Disparity& disparity, c
     }
   }
   if (view.plane) view.frame = table_frame(view.relief, *view.plane, camera);
+  if (view.plane) {
+    view.raised = hypotheses_on_table(pair, view.relief, *view.plane, view.frame, camera, options);
+  }
   if (options.cues != CueLevel::colour) return view;
   view.first_guess = cv::Mat::zeros(pair.left.size(), CV_8UC1);
   if (view.plane) {
@@ -41,9 +45,9 @@ TableView look_at_table(const RectifiedPair& pair, const Disparity& disparity, c
   }
   if (view.plain) {
     const Relief* relief = view.plain_on_plane ? &view.relief : nullptr;
-    for (const Hypothesis& figure :
-         hypotheses_on_plain_table(pair, disparity, *view.plain, relief, camera, options)) {
-      view.first_guess |= figure.figure;
+    for (const cv::Mat& figure :
+         figures_on_plain_table(pair, disparity, *view.plain, relief, camera, options)) {
+      view.first_guess |= figure;
     }
   }
   return view;
