@@ -65,9 +65,8 @@ cv::Mat degrade(const cv::Mat& mask, std::mt19937& generator) {
   return cut;
 }
 
-LabelledPatches describe_with_mask(const LabelledView& view, const cv::Mat& mask,
-                                   const DescriptorOptions& options) {
-  const FovealView fovea = foveal_view(view.image, mask, options.fovea);
+LabelledPatches describe_checked(const LabelledView& view, const DescriptorOptions& options) {
+  const FovealView fovea = foveal_view(view.image, view.mask, options.fovea);
   const cv::Matx23d view_from_image(fovea.scale, 0, -fovea.scale * fovea.origin_px.x(), 0, fovea.scale,
                                     -fovea.scale * fovea.origin_px.y());
   cv::Mat label;
@@ -96,6 +95,21 @@ void check_view(const LabelledView& view) {
   detail::require_mask(view.label, view.image.size(), (where + ": label").c_str());
 }
 
+/// A view with its true mask, then its copies with degraded masks.
+std::vector<LabelledView> augment_view(const LabelledView& view, int degraded_masks,
+                                       std::mt19937& generator) {
+  check_view(view);
+  std::vector<LabelledView> result{view};
+  const cv::Mat mask = view.mask > 0;
+  for (int copy = 0; copy < degraded_masks; ++copy) {
+    const cv::Mat degraded = degrade(mask, generator);
+    if (cv::countNonZero(degraded) == 0) continue;
+    result.push_back(view);
+    result.back().mask = degraded;
+  }
+  return result;
+}
+
 }  // namespace
 
 void AugmentOptions::check() const {
@@ -104,7 +118,19 @@ void AugmentOptions::check() const {
 
 LabelledPatches describe_labelled_view(const LabelledView& view, const DescriptorOptions& options) {
   check_view(view);
-  return describe_with_mask(view, view.mask, options);
+  return describe_checked(view, options);
+}
+
+std::vector<LabelledView> augment_views(const std::vector<LabelledView>& views,
+                                        const AugmentOptions& options) {
+  options.check();
+  std::vector<LabelledView> result;
+  std::mt19937 generator(options.seed);
+  for (const LabelledView& view : views) {
+    const std::vector<LabelledView> copies = augment_view(view, options.degraded_masks, generator);
+    result.insert(result.end(), copies.begin(), copies.end());
+  }
+  return result;
 }
 
 TrainingSet build_training_set(const std::vector<LabelledView>& views, const DescriptorOptions& descriptor,
@@ -113,21 +139,13 @@ TrainingSet build_training_set(const std::vector<LabelledView>& views, const Des
   augment.check();
   TrainingSet set;
   std::vector<FeatureMatrix> blocks;
-  const auto add = [&](const LabelledPatches& described, int group) {
-    blocks.push_back(described.patches.features);
-    set.labels.insert(set.labels.end(), described.labels.begin(), described.labels.end());
-    set.groups.insert(set.groups.end(), described.labels.size(), group);
-  };
-
   std::mt19937 generator(augment.seed);
   for (std::size_t i = 0; i < views.size(); ++i) {
-    check_view(views[i]);
-    const cv::Mat mask = views[i].mask > 0;
-    add(describe_with_mask(views[i], mask, descriptor), views[i].group);
-    for (int copy = 0; copy < augment.degraded_masks; ++copy) {
-      const cv::Mat degraded = degrade(mask, generator);
-      if (cv::countNonZero(degraded) > 0)
-        add(describe_with_mask(views[i], degraded, descriptor), views[i].group);
+    for (const LabelledView& view : augment_view(views[i], augment.degraded_masks, generator)) {
+      const LabelledPatches described = describe_checked(view, descriptor);
+      blocks.push_back(described.patches.features);
+      set.labels.insert(set.labels.end(), described.labels.begin(), described.labels.end());
+      set.groups.insert(set.groups.end(), described.labels.size(), view.group);
     }
     if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(views.size()));
   }

@@ -34,6 +34,7 @@ __all__: list[str] = [
     "StereoCamera",
     "TablePlane",
     "TrainingSet",
+    "augment_views",
     "average_precision",
     "build_training_set",
     "check_dataset",
@@ -1068,6 +1069,16 @@ class ClassEvaluation:
     def views_large_label(self) -> int: ...
     @property
     def views_without_label(self) -> int: ...
+
+def augment_views(
+    views: collections.abc.Sequence[LabelledView], *, degraded_masks: int = ..., seed: int = ...
+) -> list[LabelledView]:
+    """
+    The views that build_training_set describes (METHOD 5).
+
+    Each with its true mask, then its copies with masks that are too large, carry a wedge of the background or are cut off.
+    degraded_masks: such copies of each view.
+    """
 
 def average_precision(
     scores: numpy.typing.NDArray[numpy.float64], labels: numpy.typing.NDArray[numpy.integer]

@@ -127,6 +127,19 @@ void bind_dataset(py::module_& m) {
       },
       py::arg("view"));
   define(
+      m, "augment_views",
+      signature("views: collections.abc.Sequence[LabelledView]", all_keywords(augment), "list[LabelledView]"),
+      R"(The views that build_training_set describes (METHOD 5).
+
+Each with its true mask, then its copies with masks that are too large, carry a wedge of the background or are cut off.
+degraded_masks: such copies of each view.)",
+      [](const std::vector<LabelledView>& views, const py::kwargs& arguments) {
+        AugmentOptions options;
+        read_keywords("augment_views", arguments, all_keywords(options));
+        return without_gil([&] { return augment_views(views, options); });
+      },
+      py::arg("views"));
+  define(
       m, "build_training_set",
       signature("views: collections.abc.Sequence[LabelledView], *, progress: "
                 "collections.abc.Callable[[float], None] | None = None",

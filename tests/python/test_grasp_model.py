@@ -157,6 +157,11 @@ def test_a_data_set_s_way_to_a_model(pair, mask):
     assert set(plain.groups) == {0, 1, 2}
     more = gc.build_training_set(views, degraded_masks=2, seed=5)
     assert len(more.labels) > 2 * len(plain.labels)
+    copies = gc.augment_views(views, degraded_masks=2, seed=5)
+    assert [copy.group for copy in copies] == [0, 0, 0, 1, 1, 1, 2, 2, 2]
+    assert len({copy.mask.tobytes() for copy in copies[:3]}) == 3
+    features = [gc.describe_labelled_view(copy).patches.features for copy in copies]
+    np.testing.assert_array_equal(np.concatenate(features), more.features)
 
     model = gc.train_model(
         more.features, more.labels, more.groups, folds=3, svm_c=[10], gamma_times_dimension=[1]

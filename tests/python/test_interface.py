@@ -158,6 +158,7 @@ def test_unknown_options_are_refused(pair, camera, model, mask, detection):
         "describe_labelled_view": lambda **o: gc.describe_labelled_view(
             gc.LabelledView(pair[0], mask, mask), **o
         ),
+        "augment_views": lambda **o: gc.augment_views([], **o),
         "build_training_set": lambda **o: gc.build_training_set([], **o),
     }
     with pytest.raises(TypeError):

@@ -37,6 +37,12 @@ struct GRASPCTX_EXPORT AugmentOptions {
   void check() const;
 };
 
+/// The views that are trained on: each with its true mask, then its copies with masks that are too large,
+/// carry a wedge of the background or are cut off (METHOD 5). Copies share image and label; a mask of which
+/// nothing is left makes none. Throws InvalidInput if a view cannot be described.
+GRASPCTX_EXPORT std::vector<LabelledView> augment_views(const std::vector<LabelledView>& views,
+                                                        const AugmentOptions& options = {});
+
 /// Training rows gathered over many views, in order.
 struct TrainingSet {
   FeatureMatrix features;   // (R, D)
@@ -44,8 +50,8 @@ struct TrainingSet {
   std::vector<int> groups;  // (R) LabelledView::group
 };
 
-/// Describe every view with its true mask, and again with masks that are too large, carry a wedge of the
-/// background or are cut off (METHOD 5). Throws InvalidInput if a view cannot be described.
+/// Describe every view with its true mask, and again with degraded ones: the patches of augment_views.
+/// Throws InvalidInput if a view cannot be described.
 GRASPCTX_EXPORT TrainingSet build_training_set(const std::vector<LabelledView>& views,
                                                const DescriptorOptions& descriptor = {},
                                                const AugmentOptions& augment = {},
