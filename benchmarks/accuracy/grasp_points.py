@@ -1,0 +1,197 @@
+#!/usr/bin/env python3
+"""Grasp points on unseen instances: shape contexts beside local appearance, trained on the same images.
+
+Renders fresh scenes of one object from the seed: --scenes of each class, of the split test, and --train-
+scenes, of the split train. Trains each descriptor with each classifier on the latter, and measures on the
+former in the left view, at the true mask and at the segment that graspctx finds. Prints Markdown tables.
+"""
+
+from __future__ import annotations
+
+import argparse
+import collections
+import functools
+import sys
+import tempfile
+from pathlib import Path
+
+import graspctx as gc
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+import report
+from fresh_scenes import SceneSet
+from grasp_point_methods import (
+    Method,
+    add_training_options,
+    refuse_leaks,
+    render_test_sets,
+    shipped_methods,
+    told,
+    train_all,
+    training_folders,
+)
+from grasp_point_score import LARGE_LABEL_SHARE, ScoredView, estimates
+from grasp_point_views import best_segment, labelled_views, with_mask
+from graspctx.sim.stored import scene_folders
+
+PROGRAM = "grasp_points.py"
+MASKS = ("true", "segmented")
+
+DEFINITIONS = f"""what is measured, for each class, descriptor, classifier and mask, over the patches:
+  ap                average precision over all patches of all views; a patch is positive if it overlaps the
+                    labelled region. Its chance level is the prior.
+  ap_border_ignored the same without the patches that are labelled by less than half
+  auc               area under the ROC curve; 0.5 by chance
+  prior, prior_border_ignored
+                    share of the patches that are positive
+  top1              share of the views whose most probable patch is positive, of those with a positive patch
+  top1_large_label  of those of them where the label is over {LARGE_LABEL_SHARE:.0%} of the object
+  chance, chance_large_label
+                    of top1 and top1_large_label: the mean share of positive patches
+  found             at the segmented mask: share of the objects that a segment fits with IoU > 0.5. The others
+                    are failures of top1; they have no patches to count for ap and auc.
+
+trained_on: run, the images of this run; shipped, the model that is installed under the class's name.
+"""
+
+
+# ---- One scene ---------------------------------------------------------------------------------------------
+
+
+def score_view(view: gc.LabelledView, method: Method, mask: str, segments) -> ScoredView:
+    """A method's patches of an object at its true mask, or at the segment that fits it best.
+
+    Args:
+        mask: one of MASKS.
+        segments: (H, W) ids that graspctx found.
+    """
+    patches, scores = method.score(view)
+    truth = patches.described
+    share, has_label = truth.visible_label_share, bool(truth.labels.any())
+    if mask == "segmented":
+        segment = best_segment(view, segments)
+        if segment is None:
+            return ScoredView(scores[:0], truth.labels[:0], truth.label_share[:0], share, has_label)
+        patches, scores = method.score(with_mask(view, segment))
+    described = patches.described
+    return ScoredView(scores, described.labels, described.label_share, share, has_label)
+
+
+def score_scene(folder: Path, family: str, methods: list[Method]) -> list[tuple[int, str, ScoredView]]:
+    """(number of the method, mask, view) of each object of a family in a scene."""
+    left, right = (gc.read_image(folder / f"{side}.png") for side in ("left", "right"))
+    segments = gc.segment_objects(left, right, gc.StereoCamera.load(folder / "calib.txt"))
+    return [
+        (number, mask, score_view(view, method, mask, segments))
+        for view in labelled_views(folder, family)
+        for number, method in enumerate(methods)
+        for mask in MASKS
+    ]
+
+
+# ---- Rows --------------------------------------------------------------------------------------------------
+
+
+def class_rows(
+    dataset: Path, family: str, methods: list[Method], workers: int, progress: report.Progress | None = None
+) -> list[dict]:
+    """The rows of all methods on a class's test set."""
+    views = collections.defaultdict(list)
+    score = functools.partial(score_scene, family=family, methods=methods)
+    for found in report.spread(score, scene_folders(dataset), workers, progress):
+        for number, mask, view in found:
+            views[number, mask].append(view)
+    rows = []
+    for (number, mask), scored in views.items():
+        figures = estimates(scored)
+        if mask == "segmented":
+            figures["found"] = report.share(sum(len(view.scores) > 0 for view in scored), len(scored))
+        keys = {"class": family, **methods[number].keys, "mask": mask}
+        rows += [report.row(measure, figure, **keys) for measure, figure in figures.items()]
+    return rows
+
+
+def print_rows(rows: list[dict]) -> None:
+    """For each mask a table: a line for each class and method, chance and prior beside the figures."""
+    lines = collections.defaultdict(dict)
+    for line in rows:
+        keys = (line["mask"], line["class"], line["descriptor"], line["classifier"], line["trained_on"])
+        lines[keys][line["measure"]] = line
+    names = ("class", "descriptor", "classifier", "trained on", "views", "AP", "prior")
+    names += (
+        "AP border ignored",
+        "prior",
+        "ROC AUC",
+        "top-1",
+        "chance",
+        "top-1 label > 2 %",
+        "chance",
+        "found",
+    )
+    measures = ("ap", "prior", "ap_border_ignored", "prior_border_ignored", "auc", "top1", "chance")
+    measures += ("top1_large_label", "chance_large_label", "found")
+    for mask in MASKS:
+        cells = [
+            [*keys[1:], figures.get("top1", {"n": 0})["n"], *(_cell(figures, name) for name in measures)]
+            for keys, figures in lines.items()
+            if keys[0] == mask
+        ]
+        if mask == "true":
+            cells = [line[:-1] for line in cells]
+        title = "At the true mask" if mask == "true" else "At the segment that graspctx finds"
+        print(f"\n{title}\n\n" + report.table(names[: len(cells[0])] if cells else names, cells, left=4))
+
+
+def _cell(figures, measure):
+    found = figures.get(measure)
+    if found is not None and measure.startswith(("prior", "chance")):
+        return report.number(found["value"])  # what the figure beside it is to be compared with
+    return report.figure(found, 3 if measure in ("ap", "ap_border_ignored", "auc") else 2)
+
+
+# ---- The command -------------------------------------------------------------------------------------------
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """The parser of the command line."""
+    parser = argparse.ArgumentParser(
+        prog=PROGRAM,
+        description=__doc__,
+        epilog=DEFINITIONS + "\n" + report.EXIT_CODES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    report.add_options(parser, scenes=60, scenes_help="scenes of each class to measure on")
+    add_training_options(parser)
+    return parser
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; returns the exit code."""
+    options = build_parser().parse_args(arguments)
+    return report.run(PROGRAM, functools.partial(_run, options))
+
+
+def _run(options) -> None:
+    report.check_place(options.json)
+    with tempfile.TemporaryDirectory(prefix="graspctx_") as temporary:
+        folder = options.keep or Path(temporary)
+        sets = [SceneSet(family, options.scenes, (family,)) for family in options.classes]
+        test, training = render_test_sets(options, folder, sets), training_folders(options, folder)
+        refuse_leaks(list(training.values()), list(test.values()))
+        methods = train_all(training, workers=options.workers)
+        rows = []
+        for family, of_class in methods.items():
+            of_class = shipped_methods(family) + of_class
+            progress = report.Progress(f"measure {family}", options.scenes)
+            rows += class_rows(test[family], family, of_class, options.workers, progress)
+    what = f"{options.scenes} scenes of each class, split {options.split}"
+    print(f"grasp_points: seed {options.seed}, {what}; {told(options)}\n{report.ran_on()}")
+    print_rows(rows)
+    if options.json:
+        report.write_json(
+            options.json, "grasp_points", options.seed, rows, measured_on=what, trained=told(options)
+        )
+
+
+if __name__ == "__main__":
+    sys.exit(main())
