@@ -7,6 +7,7 @@ and textures, and that is checked.
 from __future__ import annotations
 
 import argparse
+import functools
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -17,7 +18,8 @@ import numpy as np
 import report
 from datasets import TRAINED
 from fresh_scenes import SceneSet, render_sets
-from grasp_point_views import DESCRIPTORS, TrainingRows, ViewPatches, describe, training_rows
+from grasp_point_score import ScoredView
+from grasp_point_views import DESCRIPTORS, TrainingRows, ViewPatches, describe, labelled_views, training_rows
 from graspctx.sim.families import FAMILIES
 from graspctx.sim.splits import shared_seeds
 from graspctx.sim.stored import DatasetError, read_scene, scene_folders
@@ -79,6 +81,33 @@ def shipped_methods(family: str) -> list[Method]:
         return []
     model = gc.load_model(family)
     return [Method("shape_context", "rbf", "shipped", model, model.descriptor)]
+
+
+# ---- What they make of a test set --------------------------------------------------------------------------
+
+
+def scored_view(method: Method, view: gc.LabelledView) -> ScoredView:
+    """A method's scores of an object at its own mask."""
+    patches, scores = method.score(view)
+    truth = patches.described
+    return ScoredView(
+        scores, truth.labels, truth.label_share, truth.visible_label_share, bool(truth.labels.any())
+    )
+
+
+def scored_dataset(
+    dataset: Path, family: str, methods: Sequence[Method], workers: int = 1
+) -> list[list[ScoredView]]:
+    """For each method, in their order, its scores of a data set's objects of a family at their true masks."""
+    scenes = scene_folders(dataset)
+    score = functools.partial(_scored_scene, family=family, methods=list(methods))
+    progress = report.Progress(f"measure {family}", len(scenes))
+    views = [view for found in report.spread(score, scenes, workers, progress) for view in found]
+    return [[of_view[number] for of_view in views] for number in range(len(methods))]
+
+
+def _scored_scene(folder, family, methods):
+    return [[scored_view(method, view) for method in methods] for view in labelled_views(folder, family)]
 
 
 # ---- Options, scenes, training -----------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -94,20 +95,28 @@ class Ranking:
         return float(positives[-1] / (positives[-1] + negatives[-1]))
 
 
+def resampled(count: int, statistic: Callable[[np.ndarray], float]) -> Estimate:
+    """A statistic of `count` views, and its interval over 1000 seeded resamples of whole views.
+
+    Args:
+        statistic: of weights, (count,), that say how often each view is counted.
+    """
+    rng = np.random.default_rng(0)
+    drawn = [
+        statistic(np.bincount(rng.integers(0, count, count), minlength=count).astype(float))
+        for _ in range(_RESAMPLES)
+    ]
+    low, high = np.nanpercentile(drawn, [2.5, 97.5])
+    return Estimate(float(statistic(np.ones(count))), float(low), float(high), count)
+
+
 def over_views(views: Sequence[ScoredView], statistic: Callable[[Ranking, np.ndarray], float]) -> Estimate:
-    """A statistic of all patches, and its interval over 1000 seeded resamples of whole views.
+    """A statistic of all patches of all views, with its interval.
 
     Args:
         statistic: Ranking.average_precision, Ranking.roc_area or Ranking.prior.
     """
-    ranking, count = Ranking(views), len(views)
-    rng = np.random.default_rng(0)
-    drawn = [
-        statistic(ranking, np.bincount(rng.integers(0, count, count), minlength=count).astype(float))
-        for _ in range(_RESAMPLES)
-    ]
-    low, high = np.nanpercentile(drawn, [2.5, 97.5])
-    return Estimate(statistic(ranking, np.ones(count)), float(low), float(high), count)
+    return resampled(len(views), functools.partial(statistic, Ranking(views)))
 
 
 def estimates(views: Sequence[ScoredView]) -> dict[str, Estimate]:

@@ -127,11 +127,19 @@ class TrainingRows:
     labels: np.ndarray
     groups: np.ndarray
 
-    def of_scenes(self, scenes: int) -> TrainingRows:
-        """The rows of the first so many scenes."""
-        chosen = np.isin(self.groups, np.unique(self.groups)[:scenes])
+    def of_scenes(self, scenes: Sequence[int]) -> TrainingRows:
+        """The rows of some scenes, by their numbers."""
+        chosen = np.isin(self.groups, scenes)
         features = {name: rows[chosen] for name, rows in self.features.items()}
         return TrainingRows(features, self.labels[chosen], self.groups[chosen])
+
+    def and_also(self, other: TrainingRows) -> TrainingRows:
+        """These rows and other ones, whose scenes are other scenes."""
+        features = {
+            name: np.concatenate([rows, other.features[name]]) for name, rows in self.features.items()
+        }
+        groups = np.concatenate([self.groups, other.groups + self.groups.max() + 1])
+        return TrainingRows(features, np.concatenate([self.labels, other.labels]), groups)
 
 
 def training_rows(
@@ -139,11 +147,14 @@ def training_rows(
     family: str,
     *,
     descriptors: Sequence[str] = DESCRIPTORS,
+    sides: Sequence[str] = ("left", "right"),
     workers: int = 1,
 ) -> TrainingRows:
-    """The rows of a data set's objects of a family, both views, with true and with degraded masks."""
+    """The rows of a data set's objects of a family, with true and with degraded masks."""
     folders = list(enumerate(scene_folders(dataset)))
-    describe_one = functools.partial(_scene_rows, family=family, descriptors=tuple(descriptors))
+    describe_one = functools.partial(
+        _scene_rows, family=family, descriptors=tuple(descriptors), sides=tuple(sides)
+    )
     progress = report.Progress(f"describe {family}", len(folders))
     parts = [rows for rows in report.spread(describe_one, folders, workers, progress) if rows is not None]
     if not parts:
@@ -155,9 +166,11 @@ def training_rows(
     )
 
 
-def _scene_rows(numbered: tuple[int, Path], family: str, descriptors: tuple[str, ...]) -> TrainingRows | None:
+def _scene_rows(
+    numbered: tuple[int, Path], family: str, descriptors: tuple[str, ...], sides: tuple[str, ...]
+) -> TrainingRows | None:
     group, folder = numbered
-    views = labelled_views(folder, family, group, sides=("left", "right"))
+    views = labelled_views(folder, family, group, sides)
     if not views:
         return None
     views = gc.augment_views(views, seed=group + 1)

@@ -1,15 +1,17 @@
 #!/usr/bin/env python3
 """Grasp points on unseen instances: shape contexts beside local appearance, trained on the same images.
 
-Renders fresh scenes of one object from the seed: --scenes of each class, of the split test, and --train-
-scenes, of the split train. Trains each descriptor with each classifier on the latter, and measures on the
-former in the left view, at the true mask and at the segment that graspctx finds. Prints Markdown tables.
+Renders fresh scenes of one object from the seed: --scenes of each class, of the split test, and
+--train-scenes, of the split train. Trains each descriptor with each classifier on the latter, and measures
+on the former in the left view, at the true mask and at the segment that graspctx finds. Prints Markdown
+tables.
 """
 
 from __future__ import annotations
 
 import argparse
 import collections
+import dataclasses
 import functools
 import sys
 import tempfile
@@ -25,6 +27,7 @@ from grasp_point_methods import (
     add_training_options,
     refuse_leaks,
     render_test_sets,
+    scored_view,
     shipped_methods,
     told,
     train_all,
@@ -65,16 +68,20 @@ def score_view(view: gc.LabelledView, method: Method, mask: str, segments) -> Sc
         mask: one of MASKS.
         segments: (H, W) ids that graspctx found.
     """
-    patches, scores = method.score(view)
-    truth = patches.described
-    share, has_label = truth.visible_label_share, bool(truth.labels.any())
-    if mask == "segmented":
-        segment = best_segment(view, segments)
-        if segment is None:
-            return ScoredView(scores[:0], truth.labels[:0], truth.label_share[:0], share, has_label)
-        patches, scores = method.score(with_mask(view, segment))
-    described = patches.described
-    return ScoredView(scores, described.labels, described.label_share, share, has_label)
+    truth = scored_view(method, view)
+    if mask == "true":
+        return truth
+    segment = best_segment(view, segments)
+    if segment is None:
+        nothing = slice(0)
+        scores, labels, label_share = (
+            values[nothing] for values in (truth.scores, truth.labels, truth.label_share)
+        )
+        return dataclasses.replace(truth, scores=scores, labels=labels, label_share=label_share)
+    found = scored_view(method, with_mask(view, segment))
+    return dataclasses.replace(
+        found, visible_label_share=truth.visible_label_share, has_label=truth.has_label
+    )
 
 
 def score_scene(folder: Path, family: str, methods: list[Method]) -> list[tuple[int, str, ScoredView]]:

@@ -91,6 +91,13 @@ def train_rbf(
 
 def train_logistic(features: np.ndarray, labels: np.ndarray, groups: np.ndarray) -> Logistic:
     """Logistic regression on all rows, its C from LOGISTIC_C. Arguments as for train_rbf."""
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(1):  # several threads wait for each other longer than they compute
+        return _train_logistic(features, labels, groups)
+
+
+def _train_logistic(features, labels, groups):
     searched = _whole_groups(groups, _SEARCH_ROWS)
     held_out = {}
     for c in LOGISTIC_C:

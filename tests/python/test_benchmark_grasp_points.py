@@ -157,7 +157,8 @@ def test_training_rows_are_those_of_graspctx(drawn):
     first = gc.build_training_set(views[0], seed=1)
     np.testing.assert_array_equal(rows.features["shape_context"][rows.groups == 0], first.features)
     np.testing.assert_array_equal(rows.labels[rows.groups == 0], first.labels)
-    assert set(rows.groups) == set(range(6)) and set(rows.of_scenes(2).groups) == {0, 1}
+    assert set(rows.groups) == set(range(6)) and set(rows.of_scenes([1, 4]).groups) == {1, 4}
+    assert set(rows.and_also(rows.of_scenes([2, 3])).groups) == {0, 1, 2, 3, 4, 5, 8, 9}
     with pytest.raises(report.BadInputError, match="no pencil in it"):
         training_rows(drawn, "pencil")
 
