@@ -100,7 +100,9 @@ def describe(view: gc.LabelledView, descriptor: str, options: dict | None = None
     if descriptor == "shape_context":
         return ViewPatches(described, described.patches.features, fovea)
     patches = described.patches
-    features = local_appearance.local_appearance(fovea.image, patches.cells, patch_side_px(patches))
+    features = local_appearance.local_appearance(
+        fovea.image, fovea.mask, patches.cells, patch_side_px(patches)
+    )
     return ViewPatches(described, features, fovea)
 
 

@@ -1,6 +1,6 @@
 """Masks that get worse and worse, as those of Fig. 6, made from an object's true mask.
 
-They are in pixels of the image, other than those that models are trained on, and the same for the same seed.
+They are in pixels of the image, most of them worse than those of augment_views, the same for the same seed.
 """
 
 from __future__ import annotations

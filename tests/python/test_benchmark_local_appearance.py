@@ -27,13 +27,14 @@ def naive_filters(image, cell, scale, patches, patch_px=10):
         u for u in range((column - reach) * patch_px, (column + reach + 1) * patch_px) if 0 <= u < width
     ]
 
-    def mean(channel, mask, magnitude):
+    def mean(channel, mask, energy):
         smooth = ndimage.uniform_filter(channel, scale, mode="nearest")
         spread = np.zeros([(side - 1) * scale + 1 for side in mask.shape])
         spread[::scale, ::scale] = mask
         response = ndimage.correlate(smooth, spread, mode="nearest")
-        response = np.abs(response) if magnitude else response
-        return np.mean([response[v, u] for v in rows for u in columns])
+        response = response**2 if energy else response
+        value = np.mean([response[v, u] for v in rows for u in columns])
+        return np.log(1 + value) if energy else value
 
     one_dimensional = ([1, 2, 1], [-1, 0, 1], [-1, 2, -1])
     laws = [np.outer(a, b) for a in one_dimensional for b in one_dimensional]
@@ -46,9 +47,14 @@ def image():
     return np.random.default_rng(3).integers(0, 256, (97, 123, 3)).astype(np.uint8)
 
 
+def everything(image):
+    """A mask of the whole view."""
+    return np.full(image.shape[:2], 255, np.uint8)
+
+
 @pytest.mark.parametrize("cell", [(5, 4), (2, 3), (0, 0), (12, 9)])
 def test_a_patch_is_described_as_by_a_naive_reference(image, cell):
-    (found,) = baseline.local_appearance(image, np.array([cell]))
+    (found,) = baseline.local_appearance(image, everything(image), np.array([cell]))
     expected = [naive_filters(image, cell, scale, scale) for scale in (1, 3, 9)]
     for row in range(-2, 3):
         for column in range(-2, 3):
@@ -62,18 +68,20 @@ def test_a_patch_is_described_as_by_a_naive_reference(image, cell):
 def test_a_constant_image_has_an_average_and_nothing_else():
     colour = np.array([200, 100, 50])
     image = np.broadcast_to(colour, (80, 90, 3)).astype(np.uint8)
-    (found,) = baseline.local_appearance(image, np.array([[4, 4]]))
+    (found,) = baseline.local_appearance(image, everything(image), np.array([[4, 4]]))
     luma = colour @ [0.299, 0.587, 0.114]
     chroma = colour @ np.array([[-0.1687, -0.3313, 0.5], [0.5, -0.4187, -0.0813]]).T
-    once = np.concatenate([[16 * luma], np.zeros(14), 16 * chroma])  # Laws' average has weights of 16
+    once = np.concatenate(
+        [[np.log(1 + (16 * luma) ** 2)], np.zeros(14), 16 * chroma]
+    )  # Laws' average has weights of 16
     np.testing.assert_allclose(found.reshape(27, 17), np.tile(once, (27, 1)), atol=0.05)
 
 
 def test_a_shift_by_one_patch_shifts_the_descriptors_by_one_cell(image):
     wide = np.pad(image, ((0, 0), (200, 200), (0, 0)), mode="wrap")
     cells = np.array([[24, 4], [25, 5], [26, 3]])
-    before = baseline.local_appearance(wide, cells)
-    after = baseline.local_appearance(np.roll(wide, 10, axis=1), cells + np.array([1, 0]))
+    before = baseline.local_appearance(wide, everything(wide), cells)
+    after = baseline.local_appearance(np.roll(wide, 10, axis=1), everything(wide), cells + np.array([1, 0]))
     np.testing.assert_allclose(after, before, rtol=1e-4, atol=1e-2)
     assert np.abs(before[0] - before[1]).max() > 1
 
@@ -81,7 +89,9 @@ def test_a_shift_by_one_patch_shifts_the_descriptors_by_one_cell(image):
 def test_a_larger_scale_looks_farther(image):
     other = image.copy()
     other[:, 90:] = 0  # beyond what scale 3 sees from column 4, not scale 9
-    before, after = (baseline.local_appearance(view, np.array([[4, 4]]))[0] for view in (image, other))
+    before, after = (
+        baseline.local_appearance(view, everything(view), np.array([[4, 4]]))[0] for view in (image, other)
+    )
     same = np.isclose(before, after, atol=1e-3)
     assert same[:34].all() and same[51:].all() and not same[34:51].all()
 
@@ -97,9 +107,18 @@ def test_edge_masks_answer_to_their_own_direction_most():
         assert np.argmax(responses) == number
 
 
+def test_the_background_is_not_seen(image):
+    mask = np.zeros(image.shape[:2], np.uint8)
+    mask[20:70, 20:70] = 255
+    other = np.where(mask[..., None] > 0, image, 99).astype(np.uint8)
+    before, after = (baseline.local_appearance(view, mask, np.array([[4, 4]])) for view in (image, other))
+    np.testing.assert_array_equal(before, after)
+    assert np.abs(before - baseline.local_appearance(image, everything(image), np.array([[4, 4]]))).max() > 1
+
+
 def test_grey_views_have_no_chroma():
     grey = np.random.default_rng(1).integers(0, 256, (60, 60)).astype(np.uint8)
-    found = baseline.local_appearance(grey, np.array([[2, 2]])).reshape(27, 17)
+    found = baseline.local_appearance(grey, everything(grey), np.array([[2, 2]])).reshape(27, 17)
     assert (found[:, 15:] == 0).all() and (found[:, 0] > 0).all()
 
 
@@ -107,6 +126,6 @@ def test_the_patches_are_those_of_the_shape_contexts():
     left, _, mask = scenes.disc_scene()
     view = gc.foveal_view(left, mask)
     patches = gc.describe_view(view)
-    found = baseline.local_appearance(view.image, patches.cells)
+    found = baseline.local_appearance(view.image, view.mask, patches.cells)
     assert found.shape == (len(patches), baseline.DIMENSION) and np.isfinite(found).all()
-    assert baseline.local_appearance(view.image, patches.cells[:0]).shape == (0, 459)
+    assert baseline.local_appearance(view.image, view.mask, patches.cells[:0]).shape == (0, 459)
