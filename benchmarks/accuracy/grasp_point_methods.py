@@ -7,6 +7,7 @@ and textures, and that is checked.
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import functools
 import itertools
 from collections.abc import Sequence
@@ -198,15 +199,24 @@ def train_all(
 ) -> dict[str, list[Method]]:
     """Train pairs of descriptor and classifier on each class's data set: methods by class."""
     methods = {}
-    progress = report.Progress("train classifiers", len(folders) * len(compared))
     descriptors = list(dict.fromkeys(descriptor for descriptor, _ in compared))
     for family, folder in folders.items():
         rows = training_rows(folder, family, descriptors=descriptors, workers=workers)
-        methods[family] = []
-        for descriptor, classifier in compared:
-            methods[family].append(train_method(descriptor, classifier, rows))
-            progress.show(sum(map(len, methods.values())))
+        work = [
+            (
+                descriptor,
+                classifier,
+                dataclasses.replace(rows, features={descriptor: rows.features[descriptor]}),
+            )
+            for descriptor, classifier in compared
+        ]
+        progress = report.Progress(f"train on {family}", len(work))
+        methods[family] = list(report.spread(_train_one, work, workers, progress))
     return methods
+
+
+def _train_one(work):
+    return train_method(*work)
 
 
 def told(options: argparse.Namespace) -> str:

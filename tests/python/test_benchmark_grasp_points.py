@@ -216,7 +216,7 @@ def test_a_small_run(tmp_path):
     }
     assert len(priors) == 1  # the same patches, whoever scores them
     assert "At the true mask" in run.stdout and "| mug " in run.stdout
-    assert "train classifiers: 4 of 4" in run.stderr
+    assert "train on mug: 4 of 4" in run.stderr
 
 
 def test_the_figures_of_the_command_are_those_of_evaluate_model(tmp_path):
