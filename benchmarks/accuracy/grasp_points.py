@@ -13,11 +13,14 @@ import argparse
 import collections
 import dataclasses
 import functools
+import itertools
 import sys
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 
 import graspctx as gc
+import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import report
@@ -53,6 +56,8 @@ DEFINITIONS = f"""what is measured, for each class, descriptor, classifier and m
                     of top1 and top1_large_label: the mean share of positive patches
   found             at the segmented mask: share of the objects that a segment fits with IoU > 0.5. The others
                     are failures of top1; they have no patches to count for ap and auc.
+  label_covered     share of the label's pixels that the segments of found objects hold; mean over those. What
+                    a segment has lost is lost for every method, and not counted against ap.
 
 trained_on: run, the images of this run; shipped, the model that is installed under the class's name.
 """
@@ -84,15 +89,39 @@ def score_view(view: gc.LabelledView, method: Method, mask: str, segments) -> Sc
     )
 
 
-def score_scene(folder: Path, family: str, methods: list[Method]) -> list[tuple[int, str, ScoredView]]:
-    """(number of the method, mask, view) of each object of a family in a scene."""
+@dataclass(frozen=True)
+class ScoredObject:
+    """An object of a scene.
+
+    Attributes:
+        views: by number of the method and mask.
+        label_covered: share of the label's pixels in the segment; None if it has no label or no segment.
+    """
+
+    views: dict[tuple[int, str], ScoredView]
+    label_covered: float | None
+
+
+def label_covered(view: gc.LabelledView, segments) -> float | None:
+    """Share of an object's labelled pixels in the segment that fits it best; None without either."""
+    segment, label = best_segment(view, segments), view.label > 0
+    return None if segment is None or not label.any() else float(segment[label].mean())
+
+
+def score_scene(folder: Path, family: str, methods: list[Method]) -> list[ScoredObject]:
+    """The objects of a family in a scene."""
     left, right = (gc.read_image(folder / f"{side}.png") for side in ("left", "right"))
     segments = gc.segment_objects(left, right, gc.StereoCamera.load(folder / "calib.txt"))
     return [
-        (number, mask, score_view(view, method, mask, segments))
+        ScoredObject(
+            {
+                (number, mask): score_view(view, method, mask, segments)
+                for number, method in enumerate(methods)
+                for mask in MASKS
+            },
+            label_covered(view, segments),
+        )
         for view in labelled_views(folder, family)
-        for number, method in enumerate(methods)
-        for mask in MASKS
     ]
 
 
@@ -103,16 +132,18 @@ def class_rows(
     dataset: Path, family: str, methods: list[Method], workers: int, progress: report.Progress | None = None
 ) -> list[dict]:
     """The rows of all methods on a class's test set."""
-    views = collections.defaultdict(list)
     score = functools.partial(score_scene, family=family, methods=methods)
-    for found in report.spread(score, scene_folders(dataset), workers, progress):
-        for number, mask, view in found:
-            views[number, mask].append(view)
+    scenes = report.spread(score, scene_folders(dataset), workers, progress)
+    objects = [scored for of_scene in scenes for scored in of_scene]
+    covered = [scored.label_covered for scored in objects if scored.label_covered is not None]
     rows = []
-    for (number, mask), scored in views.items():
-        figures = estimates(scored)
-        if mask == "segmented":
-            figures["found"] = report.share(sum(len(view.scores) > 0 for view in scored), len(scored))
+    for number, mask in itertools.product(range(len(methods)), MASKS):
+        views = [scored.views[number, mask] for scored in objects]
+        figures = estimates(views)
+        if mask == "segmented" and views:
+            figures["found"] = report.share(sum(len(view.scores) > 0 for view in views), len(views))
+            if covered:
+                figures["label_covered"] = report.bootstrap(covered, np.mean)
         keys = {"class": family, **methods[number].keys, "mask": mask}
         rows += [report.row(measure, figure, **keys) for measure, figure in figures.items()]
     return rows
@@ -125,18 +156,10 @@ def print_rows(rows: list[dict]) -> None:
         keys = (line["mask"], line["class"], line["descriptor"], line["classifier"], line["trained_on"])
         lines[keys][line["measure"]] = line
     names = ("class", "descriptor", "classifier", "trained on", "views", "AP", "prior")
-    names += (
-        "AP border ignored",
-        "prior",
-        "ROC AUC",
-        "top-1",
-        "chance",
-        "top-1 label > 2 %",
-        "chance",
-        "found",
-    )
+    names += ("AP border ignored", "prior", "ROC AUC", "top-1", "chance", "top-1 label > 2 %", "chance")
+    names += ("found", "label covered")
     measures = ("ap", "prior", "ap_border_ignored", "prior_border_ignored", "auc", "top1", "chance")
-    measures += ("top1_large_label", "chance_large_label", "found")
+    measures += ("top1_large_label", "chance_large_label", "found", "label_covered")
     for mask in MASKS:
         cells = [
             [*keys[1:], figures.get("top1", {"n": 0})["n"], *(_cell(figures, name) for name in measures)]
@@ -144,7 +167,7 @@ def print_rows(rows: list[dict]) -> None:
             if keys[0] == mask
         ]
         if mask == "true":
-            cells = [line[:-1] for line in cells]
+            cells = [line[:-2] for line in cells]
         title = "At the true mask" if mask == "true" else "At the segment that graspctx finds"
         print(f"\n{title}\n\n" + report.table(names[: len(cells[0])] if cells else names, cells, left=4))
 

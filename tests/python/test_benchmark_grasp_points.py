@@ -172,6 +172,9 @@ def test_the_segment_of_an_object_is_the_one_that_fits(drawn):
     halves = segments.copy()
     halves[:, : int(np.median(np.nonzero(mask)[1]))] = 0
     assert best_segment(view, np.where(halves == 7, 0, segments)) is None
+    assert grasp_points.label_covered(view, segments) == 1
+    assert grasp_points.label_covered(view, np.where(mask & (view.label == 0), 7, 0)) == 0
+    assert grasp_points.label_covered(view, np.zeros_like(segments)) is None
     np.testing.assert_array_equal(with_mask(view, mask[::-1].copy()).mask > 0, mask[::-1])
 
 
@@ -210,7 +213,7 @@ def test_a_small_run(tmp_path):
         ("local_appearance", "logistic", "run"),
     ):
         assert all((measure, *method, "true") in found for measure in measures), method
-        assert ("found", *method, "segmented") in found
+        assert ("found", *method, "segmented") in found and ("label_covered", *method, "segmented") in found
     priors = {
         row["value"] for (measure, *_, mask), row in found.items() if (measure, mask) == ("prior", "true")
     }
