@@ -226,6 +226,23 @@ std::optional<TablePlane> textured_plane(const RectifiedPair& pair, const cv::Ma
   return plane;
 }
 
+/// A support that hovers level over a plane, higher than any object on it: then that is the floor.
+std::optional<TablePlane> plane_above(const TablePlane& plane, const RectifiedPair& pair,
+                                      const cv::Mat& disparity, const StereoCamera& camera,
+                                      const SegmentationOptions& options) {
+  cv::Mat hovering(disparity.size(), CV_32FC1, cv::Scalar(std::numeric_limits<float>::quiet_NaN()));
+  for (int v = 0; v < disparity.rows; ++v) {
+    for (int u = 0; u < disparity.cols; ++u) {
+      const float d = disparity.at<float>(v, u);
+      if (std::isnan(d) || !(detail::height_m(plane, camera, u, v, d) > options.max_height_m)) continue;
+      hovering.at<float>(v, u) = d;
+    }
+  }
+  const auto upper = textured_plane(pair, hovering, camera, options.gravity);
+  const double level = std::cos(15 * CV_PI / 180);
+  return upper && upper->normal.dot(plane.normal) >= level ? upper : std::nullopt;
+}
+
 /// Does stereo know a plain region nonetheless? What is plain to the eye may be a faint texture.
 bool is_known(const detail::PlainTable& plain, const cv::Mat& disparity) {
   constexpr double most_known = 0.12;
@@ -287,8 +304,14 @@ std::optional<TablePlane> detail::fit_table_plane(const RectifiedPair& pair, con
                                grid_samples(disparity.reliable, 5000), 2 * inlier_px);
     return known;
   }
-  if (!plain || is_known(*plain, disparity.reliable))
-    return textured_plane(pair, disparity.reliable, camera, options.gravity);
+  if (!plain || is_known(*plain, disparity.reliable)) {
+    auto plane = textured_plane(pair, disparity.reliable, camera, options.gravity);
+    // Of a faint table so little may be surely known that it is lost before a wall or a floor.
+    if (!plane) plane = textured_plane(pair, disparity.dense, camera, options.gravity);
+    if (!plane) return std::nullopt;
+    const auto upper = plane_above(*plane, pair, disparity.reliable, camera, options);
+    return upper ? upper : plane;
+  }
   // Of the plain region the matcher knows the edges only, and those not well: they are for the outline.
   cv::Mat elsewhere = disparity.reliable.clone();
   elsewhere.setTo(std::numeric_limits<float>::quiet_NaN(), grown(plain->extent, 4));

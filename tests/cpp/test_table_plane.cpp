@@ -71,6 +71,19 @@ TEST(TablePlane, HoldsForCamerasWhosePrincipalPointsDiffer) {
   EXPECT_NEAR(plane->offset_m, scene.table.offset_m, 0.001);
 }
 
+TEST(TablePlane, OfTableAndFloorTheTable) {
+  // More is seen of the floor than of the top of a block; too high for an object, the block is a table.
+  for (const double height_m : {0.5, 0.3}) {
+    const Box block{{0, 0, height_m / 2}, {0.3, 0.2, height_m / 2}, 0.2, {60, 90, 200}};
+    const CastScene scene = make_scene({block}, testing::look_at_table(1.6, 0.9));
+    const auto plane = fit(scene.pair);
+    ASSERT_TRUE(plane);
+    const double support_m = height_m > SegmentationOptions().max_height_m ? height_m : 0;
+    EXPECT_NEAR(plane->height_m(scene.cam_from_table * Eigen::Vector3d(0, 0, support_m)), 0, 0.005);
+    EXPECT_LT(angle_deg(plane->normal, scene.table.normal), 0.5);
+  }
+}
+
 TEST(TablePlane, AWallIsNoTable) {
   const CastScene wall = make_scene({}, testing::look_at_table(0.7, 1.5707));
   EXPECT_FALSE(fit_table_plane(wall.pair, compute_disparity(wall.pair), testing::test_camera()));
