@@ -60,6 +60,7 @@ Json model_facts(const LoadedModel& loaded) {
             {"inner_radius", descriptor.shape_context.inner_radius},
             {"outer_radius", descriptor.shape_context.outer_radius},
             {"relative_to_gradient", descriptor.shape_context.relative_to_gradient},
+            {"outline_px", descriptor.shape_context.outline_px},
             {"patch_px", descriptor.patch.patch_px},
             {"windows_patches", descriptor.patch.windows_patches}}},
           {"provenance", model.provenance}};

@@ -47,6 +47,21 @@ std::vector<cv::Point> walk_along_edges(const cv::Mat& edge_image) {
   return walked;
 }
 
+/// How far each pixel is inside the mask: distance to the nearest pixel outside, 0 outside. All beyond the
+/// image is outside.
+cv::Mat distance_to_outside(const cv::Mat& mask, const cv::Size& size) {
+  cv::Mat padded(size.height + 2, size.width + 2, CV_8UC1, cv::Scalar(0));
+  cv::Mat inner = padded(cv::Rect({1, 1}, size));
+  if (mask.empty()) {
+    inner.setTo(255);
+  } else {
+    inner.setTo(255, mask);
+  }
+  cv::Mat distance;
+  cv::distanceTransform(padded, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  return distance(cv::Rect({1, 1}, size));
+}
+
 /// Where there are hardly any edges (no contrast, no texture) the mask's outline stands in.
 void add_outline_if_bare(const cv::Mat& mask, cv::Mat& edges) {
   constexpr double enough_share = 0.25;  // of the outline's length
@@ -102,11 +117,14 @@ Contour sample_contour(const cv::Mat& image, const cv::Mat& mask, const ContourO
   Contour contour;
   contour.points.reserve(count);
   contour.gradients_rad.reserve(count);
+  contour.border_px.reserve(count);
+  const cv::Mat distance_px = distance_to_outside(mask, image.size());
   for (std::size_t i = 0; i < count; ++i) {
     const cv::Point& p = pixels[(2 * i + 1) * pixels.size() / (2 * count)];
     contour.points.emplace_back(static_cast<float>(p.x), static_cast<float>(p.y));
     contour.gradients_rad.push_back(static_cast<float>(
         std::atan2(static_cast<double>(dv.at<short>(p)), static_cast<double>(du.at<short>(p)))));
+    contour.border_px.push_back(distance_px.at<float>(p));
   }
   return contour;
 }

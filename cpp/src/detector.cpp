@@ -53,8 +53,9 @@ struct DescribedView {
 DescribedView describe(const FovealView& view, const DescriptorOptions& options) {
   DescribedView described;
   described.contour = sample_contour(view.image, view.mask, options.contour);
+  const Contour& contour = described.contour;
   described.contexts =
-      shape_contexts(described.contour.points, options.shape_context, described.contour.gradients_rad);
+      shape_contexts(contour.points, options.shape_context, contour.gradients_rad, contour.border_px);
   return described;
 }
 

@@ -89,6 +89,7 @@ class MetadataReader {
     return value;
   }
 
+  bool holds(const std::string& key) const { return metadata_.count(key) > 0; }
   void take(const std::string& key, std::string& value) { value = take(key); }
   void take(const std::string& key, bool& value) {
     const std::string text = take(key);
@@ -140,6 +141,9 @@ class MetadataReader {
   std::map<std::string, std::string> metadata_;
 };
 
+/// An entry that only those models have that count the outline a second time.
+constexpr const char* outline_entry = "descriptor.shape_context.outline_px";
+
 /// Every number outside the tensors, by name: written and read by the same list.
 template <typename Model, typename Visit>
 void visit_numbers(Model& model, const Visit& visit) {
@@ -155,6 +159,7 @@ void visit_numbers(Model& model, const Visit& visit) {
   visit("descriptor.shape_context.inner_radius", descriptor.shape_context.inner_radius);
   visit("descriptor.shape_context.outer_radius", descriptor.shape_context.outer_radius);
   visit("descriptor.shape_context.relative_to_gradient", descriptor.shape_context.relative_to_gradient);
+  visit(outline_entry, descriptor.shape_context.outline_px);
   visit("descriptor.patch.patch_px", descriptor.patch.patch_px);
   visit("descriptor.patch.windows_patches.0", descriptor.patch.windows_patches[0]);
   visit("descriptor.patch.windows_patches.1", descriptor.patch.windows_patches[1]);
@@ -264,6 +269,7 @@ std::vector<std::uint8_t> GraspModel::to_safetensors() const {
   for (std::size_t i = 0; i < classes.size(); ++i) file.metadata["class." + std::to_string(i)] = classes[i];
   for (const auto& [key, value] : provenance) file.metadata["provenance." + key] = value;
   visit_numbers(*this, [&](const char* key, const auto& value) { file.metadata[key] = text_of(value); });
+  if (descriptor.shape_context.outline_px == 0) file.metadata.erase(outline_entry);
   const std::uint64_t dimension = mean.size(), vectors = support_vectors.rows();
   file.tensors["mean"] = tensor_of(mean, {dimension});
   file.tensors["scale"] = tensor_of(scale, {dimension});
@@ -293,7 +299,11 @@ GraspModel GraspModel::from_safetensors(const std::uint8_t* bytes, std::size_t s
     model.classes.push_back(found->second);
   }
   model.provenance = metadata.take_all("provenance.");
-  visit_numbers(model, [&](const char* key, auto& value) { metadata.take(key, value); });
+  model.descriptor.shape_context.outline_px = 0;
+  visit_numbers(model, [&](const char* key, auto& value) {
+    // Files of before that option do not have it.
+    if (std::string(key) != outline_entry || metadata.holds(key)) metadata.take(key, value);
+  });
   metadata.expect_nothing_left();
 
   model.mean = matrix_of<Eigen::VectorXf>(file, "mean");

@@ -44,7 +44,8 @@ PatchDescriptors patch_descriptors(const Contour& contour, const cv::Size& image
   }
   const int patch_px = options.patch.patch_px;
   const int bins = options.shape_context.bins();
-  const FeatureMatrix contexts = shape_contexts(contour.points, options.shape_context, contour.gradients_rad);
+  const FeatureMatrix contexts =
+      shape_contexts(contour.points, options.shape_context, contour.gradients_rad, contour.border_px);
 
   PatchDescriptors patches;
   patches.grid = {(image_size.width + patch_px - 1) / patch_px,

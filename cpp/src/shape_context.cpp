@@ -41,17 +41,23 @@ std::vector<double> ring_radii(const ShapeContextOptions& options) {
 void ShapeContextOptions::check() const {
   detail::require_option(angular_bins >= 1 && angular_bins <= 360, "angular_bins must be 1 to 360");
   detail::require_option(radial_bins >= 1 && radial_bins <= 100, "radial_bins must be 1 to 100");
+  detail::require_option(outline_px >= 0 && outline_px <= 1000, "outline_px must be 0 to 1000");
   detail::require_option(std::isfinite(inner_radius) && std::isfinite(outer_radius) && inner_radius > 0 &&
                              outer_radius > inner_radius,
                          "radii must be finite with 0 < inner_radius < outer_radius");
 }
 
 FeatureMatrix shape_contexts(const std::vector<cv::Point2f>& points, const ShapeContextOptions& options,
-                             const std::vector<float>& gradients_rad) {
+                             const std::vector<float>& gradients_rad, const std::vector<float>& border_px) {
   options.check();
   if (options.relative_to_gradient && gradients_rad.size() != points.size()) {
     throw InvalidInput("gradients: expected one for each of the " + std::to_string(points.size()) +
                        " points, got " + std::to_string(gradients_rad.size()));
+  }
+  const bool with_outline = options.outline_px > 0;
+  if (with_outline && border_px.size() != points.size()) {
+    throw InvalidInput("distances to the border: expected one for each of the " +
+                       std::to_string(points.size()) + " points, got " + std::to_string(border_px.size()));
   }
   for (const cv::Point2f& p : points) {
     if (!std::isfinite(p.x) || !std::isfinite(p.y))
@@ -59,6 +65,9 @@ FeatureMatrix shape_contexts(const std::vector<cv::Point2f>& points, const Shape
   }
   for (const float gradient : gradients_rad) {
     if (!std::isfinite(gradient)) throw InvalidInput("gradients: all must be finite");
+  }
+  for (const float distance : border_px) {
+    if (!std::isfinite(distance)) throw InvalidInput("distances to the border: all must be finite");
   }
 
   const auto n = static_cast<Eigen::Index>(points.size());
@@ -83,7 +92,11 @@ FeatureMatrix shape_contexts(const std::vector<cv::Point2f>& points, const Shape
       double turns = (std::atan2(dv, du) - turn) / two_pi;
       turns -= std::floor(turns);
       const int sector = std::min(static_cast<int>(turns * options.angular_bins), options.angular_bins - 1);
-      counts(i, sector * options.radial_bins + ring) += 1;
+      const int bin = sector * options.radial_bins + ring;
+      counts(i, bin) += 1;
+      if (with_outline && border_px[static_cast<std::size_t>(j)] <= options.outline_px) {
+        counts(i, options.angular_bins * options.radial_bins + bin) += 1;
+      }
     }
   }
   return counts;

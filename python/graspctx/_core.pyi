@@ -397,13 +397,20 @@ class Contour:
         self,
         points: numpy.typing.NDArray[numpy.float32],
         gradients: numpy.typing.NDArray[numpy.float32] | None = ...,
+        border_distances: numpy.typing.NDArray[numpy.float32] | None = ...,
     ) -> None:
         """
-        points: float32 (N, 2) px. gradients: float32 (N,) rad.
+        points: float32 (N, 2) px. gradients: float32 (N,) rad. border_distances: float32 (N,) px.
         """
 
     def __len__(self) -> int: ...
     def __repr__(self) -> str: ...
+    @property
+    def border_distances(self) -> numpy.typing.NDArray[numpy.float32]:
+        """
+        (N,) float32 px to the nearest pixel outside the mask, 0 outside it.
+        """
+
     @property
     def gradients(self) -> numpy.typing.NDArray[numpy.float32]:
         """
@@ -1104,6 +1111,7 @@ def build_training_set(
     inner_radius: float = ...,
     outer_radius: float = ...,
     relative_to_gradient: bool = ...,
+    outline_px: int = ...,
     patch_px: int = ...,
     windows_patches: tuple[int, int, int] = ...,
 ) -> TrainingSet:
@@ -1162,6 +1170,7 @@ def describe_labelled_view(
     inner_radius: float = ...,
     outer_radius: float = ...,
     relative_to_gradient: bool = ...,
+    outline_px: int = ...,
     patch_px: int = ...,
     windows_patches: tuple[int, int, int] = ...,
 ) -> LabelledPatches:
@@ -1183,6 +1192,7 @@ def describe_view(
     inner_radius: float = ...,
     outer_radius: float = ...,
     relative_to_gradient: bool = ...,
+    outline_px: int = ...,
     patch_px: int = ...,
     windows_patches: tuple[int, int, int] = ...,
 ) -> PatchDescriptors:
@@ -1383,6 +1393,7 @@ def patch_descriptors(
     inner_radius: float = ...,
     outer_radius: float = ...,
     relative_to_gradient: bool = ...,
+    outline_px: int = ...,
     patch_px: int = ...,
     windows_patches: tuple[int, int, int] = ...,
 ) -> PatchDescriptors:
@@ -1501,11 +1512,13 @@ def shape_contexts(
     points: numpy.typing.NDArray[numpy.float32],
     *,
     gradients: numpy.typing.NDArray[numpy.float32] | None = ...,
+    border_distances: numpy.typing.NDArray[numpy.float32] | None = ...,
     angular_bins: int = ...,
     radial_bins: int = ...,
     inner_radius: float = ...,
     outer_radius: float = ...,
     relative_to_gradient: bool = ...,
+    outline_px: int = ...,
 ) -> numpy.typing.NDArray[numpy.float32]:
     """
     Log-polar histograms of the vectors from each point to all the others (III-B; Belongie et al. 2002).
@@ -1513,7 +1526,9 @@ def shape_contexts(
     points: float32 (N, 2) px. Returns float32 counts (N, angular_bins · radial_bins), angle-major
     (angle * radial_bins + radius); angle bin 0 starts at +u and turns towards +v. Radii are in units of the mean
     pairwise distance; nearer than inner_radius falls into the first ring, farther than outer_radius into none.
-    gradients: float32 (N,) rad, needed for relative_to_gradient only.
+    gradients: float32 (N,) rad, needed for relative_to_gradient only. border_distances: float32 (N,) px, needed for
+    outline_px only: points at most that far inside the mask are its outline, and (N, 2 · angular_bins · radial_bins)
+    counts come back, of the vectors to all points, then of those to points of the outline.
     """
 
 def shipped_models() -> list[str]:

@@ -72,7 +72,12 @@ def plot_descriptor(
     if len(points) < 2:
         raise ValueError(f"image: expected an object with a contour, got {len(points)} contour samples")
     sample = int(np.argmax(points[:, 0])) if sample is None else sample
-    contexts = _core.shape_contexts(points, gradients=contour.gradients, **known["shape_context"])
+    contexts = _core.shape_contexts(
+        points,
+        gradients=contour.gradients,
+        border_distances=contour.border_distances,
+        **known["shape_context"],
+    )
     patches = _core.describe_view(view, **options)
     patch = int(np.argmin(np.linalg.norm(patches.centres - points[sample], axis=1)))
 
@@ -95,7 +100,7 @@ def plot_descriptor(
     panels[2].axis(limits)
     _show_histogram(panels[3], contexts[sample], bins, "its histogram")
     scales = patches.features[patch].reshape(3, -1)
-    joined = np.vstack([scale.reshape(bins["angular_bins"], -1).T[::-1] for scale in scales])
+    joined = np.vstack([_histogram_picture(scale, bins) for scale in scales])
     panels[4].imshow(joined, cmap="magma", aspect="auto")
     for scale in (1, 2):
         panels[4].axhline(scale * bins["radial_bins"] - 0.5, color="white")
@@ -143,7 +148,13 @@ def _draw_bins(
         axes.plot(*np.transpose([origin, end]), color="tab:red", linewidth=0.8)
 
 
-def _show_histogram(axes: Axes, context: NDArray[np.float32], bins: dict[str, Any], title: str) -> None:
+def _histogram_picture(histogram: NDArray[np.float32], bins: dict[str, Any]) -> NDArray[np.float32]:
+    """Log-radii upwards, angles to the right; with outline_px that of all, then of the outline."""
     # Columns are angle-major: angle * radial_bins + radius.
-    axes.imshow(context.reshape(bins["angular_bins"], -1).T[::-1], cmap="magma", aspect="auto")
+    parts = histogram.reshape(-1, bins["angular_bins"], bins["radial_bins"])
+    return np.hstack([part.T[::-1] for part in parts])
+
+
+def _show_histogram(axes: Axes, context: NDArray[np.float32], bins: dict[str, Any], title: str) -> None:
+    axes.imshow(_histogram_picture(context, bins), cmap="magma", aspect="auto")
     axes.set(title=title, xlabel="angle bin", ylabel="log-radius bin", yticks=[])

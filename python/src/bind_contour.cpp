@@ -10,21 +10,30 @@ void bind_contour(py::module_& m) {
                               "Samples of an object's contour: its outline and its inner edges.");
   define_init(
       contour,
-      "(self: Contour, points: " + float32_type + ", gradients: " + float32_type + " | None = None) -> None",
-      "points: float32 (N, 2) px. gradients: float32 (N,) rad.",
-      py::init([](const py::object& points, const py::object& gradients) {
-        Contour result{points_argument(points, "points"), floats_argument(gradients, "gradients")};
+      "(self: Contour, points: " + float32_type + ", gradients: " + float32_type +
+          " | None = None, border_distances: " + float32_type + " | None = None) -> None",
+      "points: float32 (N, 2) px. gradients: float32 (N,) rad. border_distances: float32 (N,) px.",
+      py::init([](const py::object& points, const py::object& gradients, const py::object& border_distances) {
+        Contour result{points_argument(points, "points"), floats_argument(gradients, "gradients"),
+                       floats_argument(border_distances, "border_distances")};
         if (!gradients.is_none() && result.gradients_rad.size() != result.points.size()) {
           throw py::value_error("gradients: expected one for each of the " +
                                 std::to_string(result.points.size()) + " points, got " +
                                 std::to_string(result.gradients_rad.size()));
         }
+        if (!border_distances.is_none() && result.border_px.size() != result.points.size()) {
+          throw py::value_error("border_distances: expected one for each of the " +
+                                std::to_string(result.points.size()) + " points, got " +
+                                std::to_string(result.border_px.size()));
+        }
         return result;
       }),
-      py::arg("points"), py::arg("gradients") = py::none());
+      py::arg("points"), py::arg("gradients") = py::none(), py::arg("border_distances") = py::none());
   def_array<float>(contour, "points", &Contour::points, "(N, 2) float32 px, (u, v).");
   def_array<float>(contour, "gradients", &Contour::gradients_rad,
                    "(N,) float32 rad, direction of the intensity gradient from +u towards +v.");
+  def_array<float>(contour, "border_distances", &Contour::border_px,
+                   "(N,) float32 px to the nearest pixel outside the mask, 0 outside it.");
   contour.def("__len__", [](const Contour& self) { return self.points.size(); });
   contour.def("__repr__", [](const Contour& self) {
     return "Contour(" + std::to_string(self.points.size()) + " points)";

@@ -221,7 +221,8 @@ Keywords keywords(ShapeContextOptions& options) {
           {"radial_bins", &options.radial_bins},
           {"inner_radius", &options.inner_radius},
           {"outer_radius", &options.outer_radius},
-          {"relative_to_gradient", &options.relative_to_gradient}};
+          {"relative_to_gradient", &options.relative_to_gradient},
+          {"outline_px", &options.outline_px}};
 }
 
 Keywords keywords(PatchOptions& options) {

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -84,6 +85,32 @@ TEST(Contour, TheOutlineStandsInWhereThereIsNoContrast) {
     const bool on_outline = p.x == 50 || p.x == 129 || p.y == 60 || p.y == 99;
     EXPECT_TRUE(on_outline) << p;
   }
+}
+
+TEST(Contour, KnowsHowFarASampleIsInsideTheMask) {
+  const auto mug = draw_mug({320, 240}, {120, 100}, 30);
+  const auto naive = [](const cv::Mat& mask, const cv::Point2f& p) {
+    double nearest = 1e9;
+    for (int v = -1; v <= mask.rows; ++v) {
+      for (int u = -1; u <= mask.cols; ++u) {
+        const bool within = cv::Rect({0, 0}, mask.size()).contains(cv::Point(u, v)) && mask.at<uchar>(v, u);
+        if (!within) nearest = std::min(nearest, std::hypot(double(p.x) - u, double(p.y) - v));
+      }
+    }
+    return nearest;
+  };
+  ContourOptions few;
+  few.samples = 60;
+  const cv::Mat everywhere(mug.mask.size(), CV_8UC1, cv::Scalar(255));
+  for (const cv::Mat& mask : {mug.mask, everywhere}) {
+    const Contour contour = sample_contour(mug.image, mask, few);
+    ASSERT_EQ(contour.border_px.size(), contour.points.size());
+    for (std::size_t i = 0; i < contour.points.size(); ++i) {
+      EXPECT_NEAR(contour.border_px[i], naive(mask, contour.points[i]), 1e-3);
+    }
+  }
+  EXPECT_EQ(sample_contour(mug.image, {}, few).border_px,
+            sample_contour(mug.image, everywhere, few).border_px);
 }
 
 TEST(Contour, RefusesBadInput) {

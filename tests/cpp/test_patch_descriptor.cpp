@@ -16,12 +16,14 @@ Contour mug_contour(const cv::Size& size = {640, 480}, const cv::Point& at = {26
 }
 
 /// Every window summed from scratch over all samples.
-Eigen::RowVectorXf brute_force(const Contour& contour, const cv::Point& cell) {
-  const FeatureMatrix contexts = shape_contexts(contour.points);
-  Eigen::RowVectorXf feature = Eigen::RowVectorXf::Zero(120);
+Eigen::RowVectorXf brute_force(const Contour& contour, const cv::Point& cell,
+                               const ShapeContextOptions& options = {}) {
+  const FeatureMatrix contexts = shape_contexts(contour.points, options, {}, contour.border_px);
+  const int bins = options.bins();
+  Eigen::RowVectorXf feature = Eigen::RowVectorXf::Zero(3 * bins);
   for (int scale = 0; scale < 3; ++scale) {
     const int reach = std::array<int, 3>{0, 1, 3}[static_cast<std::size_t>(scale)];
-    Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(40);
+    Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(bins);
     for (std::size_t i = 0; i < contour.points.size(); ++i) {
       const int column = static_cast<int>(contour.points[i].x) / 10,
                 row = static_cast<int>(contour.points[i].y) / 10;
@@ -29,7 +31,7 @@ Eigen::RowVectorXf brute_force(const Contour& contour, const cv::Point& cell) {
         sum += contexts.row(static_cast<Eigen::Index>(i)).cast<double>();
       }
     }
-    if (sum.sum() > 0) feature.segment(scale * 40, 40) = (sum / sum.sum()).cwiseSqrt().cast<float>();
+    if (sum.sum() > 0) feature.segment(scale * bins, bins) = (sum / sum.sum()).cwiseSqrt().cast<float>();
   }
   return feature;
 }
@@ -46,6 +48,27 @@ TEST(PatchDescriptor, EqualsBruteForce) {
               1e-6);
     EXPECT_EQ(patches.centres_px[m].x, static_cast<float>(patches.cells[m].x * 10 + 4.5));
   }
+}
+
+TEST(PatchDescriptor, WithTheOutlineEqualsBruteForce) {
+  const Contour contour = mug_contour();
+  DescriptorOptions twice;
+  twice.shape_context.outline_px = 3;
+  EXPECT_EQ(twice.dimension(), 240);
+  const PatchDescriptors patches = patch_descriptors(contour, {640, 480}, twice);
+  const FeatureMatrix contexts = shape_contexts(contour.points, twice.shape_context, {}, contour.border_px);
+  ASSERT_EQ(patches.features.cols(), 240);
+  ASSERT_EQ(patches.cells, patch_descriptors(contour, {640, 480}).cells);
+  for (std::size_t m = 0; m < patches.cells.size(); ++m) {
+    const Eigen::RowVectorXf row = patches.features.row(static_cast<Eigen::Index>(m));
+    const Eigen::RowVectorXf expected = brute_force(contour, patches.cells[m], twice.shape_context);
+    EXPECT_LT((row - expected).cwiseAbs().maxCoeff(), 1e-6);
+    const auto alone = patch_descriptor_at(contour, contexts, patches.centres_px[m], twice);
+    ASSERT_TRUE(alone);
+    EXPECT_LT((*alone - row).cwiseAbs().maxCoeff(), 1e-6);
+  }
+  EXPECT_THROW(patch_descriptors({contour.points, contour.gradients_rad, {}}, {640, 480}, twice),
+               InvalidInput);
 }
 
 TEST(PatchDescriptor, EachScaleHasUnitNorm) {

@@ -135,6 +135,24 @@ TEST(ModelFile, RoundTripKeepsEveryBit) {
   EXPECT_EQ(read(bare.to_safetensors()).to_safetensors(), bare.to_safetensors());
 }
 
+TEST(ModelFile, OnlyModelsThatTellTheOutlineSaySo) {
+  const std::string entry = "descriptor.shape_context.outline_px";
+  GraspModel model = handmade_model();
+  const Bytes plain = model.to_safetensors();
+  EXPECT_EQ(std::string(plain.begin(), plain.end()).find(entry), std::string::npos);
+  EXPECT_EQ(read(plain).descriptor.shape_context.outline_px, 0);  // as in files of before that option
+
+  model.descriptor.shape_context.outline_px = 4;
+  EXPECT_THROW(model.to_safetensors(), InvalidInput);  // now it would have twice as many dimensions
+  model.mean = Eigen::VectorXf::Zero(6);
+  model.scale = Eigen::VectorXf::Ones(6);
+  model.support_vectors = FeatureMatrix::Ones(4, 6);
+  const Bytes twice = model.to_safetensors();
+  const GraspModel again = read(twice);
+  EXPECT_EQ(again.descriptor.shape_context.outline_px, 4);
+  EXPECT_EQ(again.to_safetensors(), twice);
+}
+
 TEST(ModelFile, TrainedModelPredictsTheSameAfterwards) {
   const testing::Rows rows = testing::make_rows(10, 60, 120, 1);
   const GraspModel model = train_model(rows.features, rows.labels, rows.groups, testing::fixed_options());

@@ -129,6 +129,44 @@ TEST(ShapeContext, RelativeAnglesTurnWithTheGradient) {
   EXPECT_THROW(shape_contexts(points, relative), InvalidInput);
 }
 
+TEST(ShapeContext, TheOutlineHasASecondHistogram) {
+  std::mt19937 generator(7);
+  const auto points = random_contour(generator, 60, false);
+  std::vector<float> border_px;
+  for (std::size_t i = 0; i < points.size(); ++i) border_px.push_back(static_cast<float>(generator() % 9));
+  ShapeContextOptions twice;
+  twice.outline_px = 3;
+  const FeatureMatrix counts = shape_contexts(points, twice, {}, border_px);
+  ASSERT_EQ(counts.cols(), 80);
+
+  FeatureMatrix expected = FeatureMatrix::Zero(60, 80);
+  const FeatureMatrix all = shape_contexts(points);
+  double total = 0;
+  for (const auto& p : points) {
+    for (const auto& q : points) total += std::hypot(double(p.x) - q.x, double(p.y) - q.y);
+  }
+  const double mean = total / (60 * 59);
+  for (std::size_t i = 0; i < 60; ++i) {
+    for (std::size_t j = 0; j < 60; ++j) {
+      const double x = double(points[j].x) - points[i].x, y = double(points[j].y) - points[i].y;
+      const double radius = std::hypot(x, y) / mean;
+      if (i == j || radius >= 2) continue;
+      const int ring = radius < 0.125 ? 0 : 1 + static_cast<int>(std::log2(radius / 0.125));
+      const int octant = static_cast<int>((std::atan2(y, x) / 6.283185307179586 + 1) * 8) % 8;
+      expected(i, octant * 5 + ring) += 1;
+      if (border_px[j] <= 3) expected(i, 40 + octant * 5 + ring) += 1;
+    }
+  }
+  EXPECT_EQ((counts - expected).cwiseAbs().maxCoeff(), 0);
+  EXPECT_EQ((counts.leftCols(40) - all).cwiseAbs().maxCoeff(), 0);
+
+  EXPECT_THROW(shape_contexts(points, twice), InvalidInput);
+  border_px.back() = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THROW(shape_contexts(points, twice, {}, border_px), InvalidInput);
+  twice.outline_px = -1;
+  EXPECT_THROW(shape_contexts(points, twice), InvalidInput);
+}
+
 TEST(ShapeContext, EveryPairIsCountedWithinTheOuterRadius) {
   std::mt19937 generator(6);
   const auto points = random_contour(generator, 150, false);

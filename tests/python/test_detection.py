@@ -276,6 +276,7 @@ def test_plots(detection, pair, mask, camera):
     np.testing.assert_array_equal(axes.images[0].get_array(), detection.draw(max_grasps=1))
     levels = gc.plot.plot_cue_levels(*pair, camera, max_objects=1)
     assert [axes.get_title().split(":")[0] for axes in levels.axes] == ["disparity", "plane", "colour"]
+    gc.plot.plot_descriptor(pair[0], mask, samples=120, outline_px=3)
     figure = gc.plot.plot_descriptor(pair[0], mask, samples=120)
     assert len(figure.axes) == 5
     assert figure.axes[1].get_title().startswith("120 contour samples")

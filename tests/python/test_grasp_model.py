@@ -82,11 +82,12 @@ def test_shipped_models_load_by_name():
         assert hashlib.sha256(model.to_bytes()).hexdigest() == model.sha256
 
 
-def test_the_descriptor_s_options_go_with_the_model(pair, mask, tmp_path):
-    options = {"angular_bins": 4, "samples": 150, "windows_patches": (1, 3, 5)}
+@pytest.mark.parametrize(("outline_px", "width"), [(0, 60), (4, 120)])
+def test_the_descriptor_s_options_go_with_the_model(pair, mask, tmp_path, outline_px, width):
+    options = {"angular_bins": 4, "samples": 150, "windows_patches": (1, 3, 5), "outline_px": outline_px}
     view = gc.foveal_view(pair[0], mask)
     rows = gc.describe_view(view, **options).features
-    assert rows.shape[1] == 60
+    assert rows.shape[1] == width
     features = np.tile(rows, (3, 1))
     labels, groups = np.arange(len(features)) % 2, np.repeat([0, 1, 2], len(rows))
     search = {"folds": 3, "svm_c": [1], "gamma_times_dimension": [1]}

@@ -115,6 +115,22 @@ def test_relative_to_gradient_turns_with_the_shape():
     assert np.abs(fixed_frame - gc.shape_contexts(points)).sum() > 1000
 
 
+def test_the_outline_is_counted_a_second_time():
+    points = spread_points(13, 60)
+    distances = np.random.default_rng(13).uniform(0, 9, len(points)).astype(np.float32)
+    counts = gc.shape_contexts(points, border_distances=distances, outline_px=3)
+    assert counts.shape == (60, 80)
+    np.testing.assert_array_equal(counts[:, :40], gc.shape_contexts(points))
+    assert (counts[:, 40:] <= counts[:, :40]).all()
+    every = gc.shape_contexts(points, border_distances=distances, outline_px=3, outer_radius=50.0)
+    is_outline = distances <= 3
+    np.testing.assert_array_equal(every[:, 40:].sum(axis=1), is_outline.sum() - is_outline)
+    with pytest.raises(gc.InvalidInput, match="distances to the border"):
+        gc.shape_contexts(points, outline_px=3)
+    with pytest.raises(ValueError, match="border_distances: expected one for each of the 60 points"):
+        gc.Contour(points, border_distances=distances[1:])
+
+
 def test_counts_add_up():
     points = spread_points(11, 80)
     inside_all = gc.shape_contexts(points, outer_radius=50.0)
@@ -160,6 +176,15 @@ def test_patch_descriptors_equal_the_reference(options):
     np.testing.assert_allclose((patches.features.reshape(len(patches), 3, -1) ** 2).sum(axis=2), 1, atol=1e-5)
 
 
+def test_patch_descriptors_with_the_outline_equal_the_reference():
+    size, points = (263, 257), spread_points(5, 200)
+    distances = np.random.default_rng(5).uniform(0, 9, len(points)).astype(np.float32)
+    patches = gc.patch_descriptors(gc.Contour(points, border_distances=distances), size, outline_px=3)
+    _, features = naive_patch_descriptors(points, size, border_distances=distances, outline_px=3)
+    assert features.shape[1] == 240
+    np.testing.assert_allclose(patches.features, features, atol=1e-6)
+
+
 def test_descriptors_follow_the_fovea(pair, mask):
     """The same object, moved by whole pixels, is described the same."""
     left, _ = pair
@@ -184,3 +209,6 @@ def test_contours_keep_to_the_mask_and_are_even(pair, mask):
             near |= np.roll(mask > 0, (dv, du), axis=(0, 1))
     assert near[rows, columns].all()
     assert (np.abs(contour.gradients) <= np.pi + 1e-6).all()
+    outside = np.argwhere(np.pad(mask == 0, 1, constant_values=True))[:, ::-1] - 1
+    nearest = [np.linalg.norm(outside - point, axis=1).min() for point in some.points]
+    np.testing.assert_allclose(some.border_distances, nearest, atol=1e-3)

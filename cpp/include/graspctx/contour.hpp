@@ -17,6 +17,8 @@ struct GRASPCTX_EXPORT ContourOptions {
 struct Contour {
   std::vector<cv::Point2f> points;   // (u, v) px
   std::vector<float> gradients_rad;  // direction of the intensity gradient, from +u towards +v, in (−π, π]
+  std::vector<float> border_px;  // distance to the nearest pixel outside the mask, 0 outside it; without a
+                                 // mask: to the border of the image
 };
 
 /// Canny on the unmasked image, the edges inside the mask, sampled evenly and deterministically along the

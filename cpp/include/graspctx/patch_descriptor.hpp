@@ -23,7 +23,7 @@ struct GRASPCTX_EXPORT DescriptorOptions {
   ContourOptions contour;
   ShapeContextOptions shape_context;
   PatchOptions patch;
-  int dimension() const { return 3 * shape_context.bins(); }  // 120 by default
+  int dimension() const { return 3 * shape_context.bins(); }  // 120 by default, 240 with outline_px
   void check() const;
 };
 
