@@ -22,6 +22,7 @@ struct TrainArguments {
   DatasetArguments dataset;
   std::string output, name;
   std::uint32_t seed = TrainOptions().seed;
+  int outline_px = ShapeContextOptions().outline_px;
 };
 
 /// The command that makes this model again.
@@ -30,6 +31,9 @@ std::string command_text(const TrainArguments& arguments) {
                      arguments.dataset.options_text();
   if (!arguments.name.empty()) text += " --name " + arguments.name;
   if (arguments.seed != TrainOptions().seed) text += " --seed " + std::to_string(arguments.seed);
+  if (arguments.outline_px != ShapeContextOptions().outline_px) {
+    text += " --outline-px " + std::to_string(arguments.outline_px);
+  }
   return text;
 }
 
@@ -63,7 +67,8 @@ void train(const TrainArguments& arguments) {
     dataset_options.format = detect_dataset_format(dataset);
   }
   const std::vector<LabelledView> views = load_dataset(dataset, dataset_options);
-  const DescriptorOptions descriptor;
+  DescriptorOptions descriptor;
+  descriptor.shape_context.outline_px = arguments.outline_px;
   AugmentOptions augment;
   augment.seed = arguments.seed;
   TrainOptions options;
@@ -106,6 +111,14 @@ void add_train(CLI::App& program) {
   command.add_option("--name", arguments->name, "the model's name; by default the file's")->type_name("NAME");
   command.add_option("--seed", arguments->seed, "of the mask augmentation and the folds")
       ->type_name("N")
+      ->capture_default_str();
+  command
+      .add_option(
+          "--outline-px", arguments->outline_px,
+          "contour samples this close to the border of the mask, in the foveal view, are the outline, "
+          "with a second histogram of their own; 0: one histogram of all")
+      ->type_name("PX")
+      ->check(CLI::Range(0, 1000))
       ->capture_default_str();
   command.footer(std::string(dataset_help) +
                  "Families whose grasp regions contradict each other are better trained apart.\n"
