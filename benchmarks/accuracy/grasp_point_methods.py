@@ -151,7 +151,7 @@ def add_training_options(
         "--split",
         choices=("validation", "test"),
         default="test",
-        help="of the scenes that are measured on (default: test; for choices: validation)",
+        help="of the scenes that are measured on (default: %(default)s; for choices: validation)",
     )
     parser.add_argument(
         "--keep", metavar="FOLDER", type=Path, help="render into this folder, and leave it there"
