@@ -53,6 +53,16 @@ def at_least(lowest: int) -> Callable[[str], int]:
     return parse
 
 
+def parser(program: str, description: str, definitions: str) -> argparse.ArgumentParser:
+    """The parser of a benchmark's command line, without options; its help ends with what is measured."""
+    return argparse.ArgumentParser(
+        prog=program,
+        description=description,
+        epilog=f"{definitions}\n{EXIT_CODES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+
+
 def add_options(parser: argparse.ArgumentParser, *, scenes: int, scenes_help: str) -> None:
     """Add what every accuracy benchmark takes: --seed, --scenes, --json, --workers.
 

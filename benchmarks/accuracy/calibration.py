@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import functools
 import sys
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -24,13 +23,12 @@ from fresh_scenes import SceneSet
 from grasp_point_methods import (
     Method,
     add_training_options,
-    refuse_leaks,
-    render_test_sets,
+    print_head,
+    rendered,
     scored_dataset,
     shipped_methods,
-    told,
     train_method,
-    training_folders,
+    write_rows,
 )
 from grasp_point_score import ScoredView, resampled
 from grasp_point_views import training_rows
@@ -136,12 +134,7 @@ def print_rows(rows: list[dict], diagrams: dict[tuple, np.ndarray]) -> None:
 
 def build_parser() -> argparse.ArgumentParser:
     """The parser of the command line."""
-    parser = argparse.ArgumentParser(
-        prog=PROGRAM,
-        description=__doc__,
-        epilog=DEFINITIONS + "\n" + report.EXIT_CODES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = report.parser(PROGRAM, __doc__, DEFINITIONS)
     report.add_options(parser, scenes=60, scenes_help="scenes of each class to measure on")
     add_training_options(parser)
     return parser
@@ -154,16 +147,12 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _run(options) -> None:
-    report.check_place(options.json)
     asked = [(family, family) for family in options.classes]
     asked += [(shape, model) for shape, model in NEW_SHAPES.items() if model in options.classes]
     rows, diagrams = [], {}
-    with tempfile.TemporaryDirectory(prefix="graspctx_") as temporary:
-        folder = options.keep or Path(temporary)
-        shapes = dict.fromkeys(shape for shape, _ in asked)
-        sets = [SceneSet(shape, options.scenes, (shape,)) for shape in shapes]
-        test, training = render_test_sets(options, folder, sets), training_folders(options, folder)
-        refuse_leaks(list(training.values()), list(test.values()))
+    shapes = dict.fromkeys(shape for shape, _ in asked)
+    sets = [SceneSet(shape, options.scenes, (shape,)) for shape in shapes]
+    with rendered(options, sets) as (test, training):
         methods = {family: _methods(options, family, training[family]) for family in options.classes}
         for shape, model in asked:
             scored = scored_dataset(test[shape], shape, methods[model], options.workers)
@@ -172,13 +161,9 @@ def _run(options) -> None:
                 reliability = Reliability(views)
                 rows += rows_of(reliability, len(views), **keys)
                 diagrams[tuple(keys.values())] = reliability.bins(np.ones(len(views)))
-    what = f"{options.scenes} scenes of each class, split {options.split}"
-    print(f"calibration: seed {options.seed}, {what}; {told(options)}\n{report.ran_on()}")
+    print_head("calibration", options)
     print_rows(rows, diagrams)
-    if options.json:
-        report.write_json(
-            options.json, "calibration", options.seed, rows, measured_on=what, trained=told(options)
-        )
+    write_rows("calibration", options, rows)
 
 
 def _methods(options, family, training) -> list[Method]:

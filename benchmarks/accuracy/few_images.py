@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import functools
 import sys
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -24,12 +23,11 @@ from fresh_scenes import SceneSet
 from grasp_point_methods import (
     Method,
     add_training_options,
-    refuse_leaks,
-    render_test_sets,
+    print_head,
+    rendered,
     scored_dataset,
-    told,
     train_method,
-    training_folders,
+    write_rows,
 )
 from grasp_point_score import Ranking, ScoredView, resampled
 from grasp_point_views import TrainingRows, training_rows
@@ -115,12 +113,7 @@ def print_rows(rows: list[dict]) -> None:
 
 def build_parser() -> argparse.ArgumentParser:
     """The parser of the command line."""
-    parser = argparse.ArgumentParser(
-        prog=PROGRAM,
-        description=__doc__,
-        epilog=DEFINITIONS + "\n" + report.EXIT_CODES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = report.parser(PROGRAM, __doc__, DEFINITIONS)
     report.add_options(parser, scenes=60, scenes_help="scenes of each class to measure on")
     add_training_options(parser, train_scenes=200, classes=CLASSES)
     parser.add_argument(
@@ -140,22 +133,14 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _run(options) -> None:
-    report.check_place(options.json)
     rows = []
-    with tempfile.TemporaryDirectory(prefix="graspctx_") as temporary:
-        folder = options.keep or Path(temporary)
-        sets = [SceneSet(family, options.scenes, (family,)) for family in options.classes]
-        test, training = render_test_sets(options, folder, sets), training_folders(options, folder)
-        refuse_leaks(list(training.values()), list(test.values()))
+    sets = [SceneSet(family, options.scenes, (family,)) for family in options.classes]
+    with rendered(options, sets) as (test, training):
         for family in options.classes:
             rows += rows_of(family, _class_scores(options, family, training[family], test[family]))
-    what = f"{options.scenes} scenes of each class, split {options.split}"
-    print(f"few_images: seed {options.seed}, {what}; {told(options)}\n{report.ran_on()}")
+    print_head("few_images", options)
     print_rows(rows)
-    if options.json:
-        report.write_json(
-            options.json, "few_images", options.seed, rows, measured_on=what, trained=told(options)
-        )
+    write_rows("few_images", options, rows)
 
 
 def _class_scores(options, family, training, test):

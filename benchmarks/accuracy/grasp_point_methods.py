@@ -7,10 +7,12 @@ and textures, and that is checked.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import dataclasses
 import functools
 import itertools
-from collections.abc import Sequence
+import tempfile
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -219,8 +221,46 @@ def _train_one(work):
     return train_method(*work)
 
 
-def told(options: argparse.Namespace) -> str:
+@contextlib.contextmanager
+def rendered(
+    options: argparse.Namespace, sets: Sequence[SceneSet]
+) -> Iterator[tuple[dict[str, Path], dict[str, Path]]]:
+    """Sets to measure on and sets to train on, which share no shape and no texture, while they are needed.
+
+    Yields:
+        The folders of `sets` by name, and of the data set to train on by class.
+    """
+    report.check_place(options.json)
+    with tempfile.TemporaryDirectory(prefix="graspctx_") as temporary:
+        folder = options.keep or Path(temporary)
+        test, training = render_test_sets(options, folder, sets), training_folders(options, folder)
+        refuse_leaks(list(training.values()), list(test.values()))
+        yield test, training
+
+
+# ---- What all of them print and write ----------------------------------------------------------------------
+
+
+def measured_on(options: argparse.Namespace, each: str = "class") -> str:
+    """What was measured on, for the head of the tables; `each` is what --scenes counts by."""
+    return f"{options.scenes} scenes of each {each}, split {options.split}"
+
+
+def trained_on(options: argparse.Namespace) -> str:
     """What was trained on, for the head of the tables."""
     if options.train_data is not None:
         return f"trained on {options.train_data}"
     return f"trained on {options.train_scenes} scenes of each class, split train"
+
+
+def print_head(name: str, options: argparse.Namespace, each: str = "class") -> None:
+    """The lines over a benchmark's tables."""
+    print(f"{name}: seed {options.seed}, {measured_on(options, each)}; {trained_on(options)}")
+    print(report.ran_on())
+
+
+def write_rows(name: str, options: argparse.Namespace, rows: list[dict], each: str = "class") -> None:
+    """Write a benchmark's rows if --json asks for it."""
+    if options.json:
+        about = {"measured_on": measured_on(options, each), "trained": trained_on(options)}
+        report.write_json(options.json, name, options.seed, rows, **about)

@@ -15,7 +15,6 @@ import dataclasses
 import functools
 import itertools
 import sys
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,13 +27,12 @@ from fresh_scenes import SceneSet
 from grasp_point_methods import (
     Method,
     add_training_options,
-    refuse_leaks,
-    render_test_sets,
+    print_head,
+    rendered,
     scored_view,
     shipped_methods,
-    told,
     train_all,
-    training_folders,
+    write_rows,
 )
 from grasp_point_score import LARGE_LABEL_SHARE, ScoredView, estimates
 from grasp_point_views import best_segment, labelled_views, with_mask
@@ -184,12 +182,7 @@ def _cell(figures, measure):
 
 def build_parser() -> argparse.ArgumentParser:
     """The parser of the command line."""
-    parser = argparse.ArgumentParser(
-        prog=PROGRAM,
-        description=__doc__,
-        epilog=DEFINITIONS + "\n" + report.EXIT_CODES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = report.parser(PROGRAM, __doc__, DEFINITIONS)
     report.add_options(parser, scenes=60, scenes_help="scenes of each class to measure on")
     add_training_options(parser)
     return parser
@@ -202,25 +195,17 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _run(options) -> None:
-    report.check_place(options.json)
-    with tempfile.TemporaryDirectory(prefix="graspctx_") as temporary:
-        folder = options.keep or Path(temporary)
-        sets = [SceneSet(family, options.scenes, (family,)) for family in options.classes]
-        test, training = render_test_sets(options, folder, sets), training_folders(options, folder)
-        refuse_leaks(list(training.values()), list(test.values()))
+    sets = [SceneSet(family, options.scenes, (family,)) for family in options.classes]
+    with rendered(options, sets) as (test, training):
         methods = train_all(training, workers=options.workers)
         rows = []
         for family, of_class in methods.items():
             of_class = shipped_methods(family) + of_class
             progress = report.Progress(f"measure {family}", options.scenes)
             rows += class_rows(test[family], family, of_class, options.workers, progress)
-    what = f"{options.scenes} scenes of each class, split {options.split}"
-    print(f"grasp_points: seed {options.seed}, {what}; {told(options)}\n{report.ran_on()}")
+    print_head("grasp_points", options)
     print_rows(rows)
-    if options.json:
-        report.write_json(
-            options.json, "grasp_points", options.seed, rows, measured_on=what, trained=told(options)
-        )
+    write_rows("grasp_points", options, rows)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,6 @@ import collections
 import dataclasses
 import functools
 import sys
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -24,12 +23,11 @@ from fresh_scenes import SceneSet
 from grasp_point_methods import (
     Method,
     add_training_options,
-    refuse_leaks,
-    render_test_sets,
+    print_head,
+    rendered,
     scored_dataset,
-    told,
     train_method,
-    training_folders,
+    write_rows,
 )
 from grasp_point_score import ScoredView, estimates
 from grasp_point_views import TrainingRows, training_rows
@@ -142,12 +140,7 @@ def print_rows(rows: list[dict]) -> None:
 
 def build_parser() -> argparse.ArgumentParser:
     """The parser of the command line."""
-    parser = argparse.ArgumentParser(
-        prog=PROGRAM,
-        description=__doc__,
-        epilog=DEFINITIONS + "\n" + report.EXIT_CODES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = report.parser(PROGRAM, __doc__, DEFINITIONS)
     report.add_options(parser, scenes=60, scenes_help="scenes of each new shape to measure on")
     add_training_options(parser, classes=tuple(TRAINED_ON))
     return parser
@@ -160,30 +153,22 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _run(options) -> None:
-    report.check_place(options.json)
     unknown = [shape for shape in options.classes if shape not in TRAINED_ON]
     if unknown:
         raise report.BadInputError(f"{unknown[0]}: no new shape; expected some of {', '.join(TRAINED_ON)}")
     shapes = options.classes
     options.classes = tuple(dict.fromkeys(name for shape in shapes for name in TRAINED_ON[shape]))
     rows = []
-    with tempfile.TemporaryDirectory(prefix="graspctx_") as temporary:
-        folder = options.keep or Path(temporary)
-        sets = [SceneSet(shape, options.scenes, (shape,)) for shape in shapes]
-        test, training = render_test_sets(options, folder, sets), training_folders(options, folder)
-        refuse_leaks(list(training.values()), list(test.values()))
+    sets = [SceneSet(shape, options.scenes, (shape,)) for shape in shapes]
+    with rendered(options, sets) as (test, training):
         of_class = {name: training_rows(training[name], name, workers=options.workers) for name in training}
         trained = {}
         for shape in shapes:
             methods = train_shape(TRAINED_ON[shape], of_class, trained)
             rows += rows_of(shape, score_shape(test[shape], shape, methods, options.workers))
-    what = f"{options.scenes} scenes of each shape, split {options.split}"
-    print(f"new_shapes: seed {options.seed}, {what}; {told(options)}\n{report.ran_on()}")
+    print_head("new_shapes", options, "shape")
     print_rows(rows)
-    if options.json:
-        report.write_json(
-            options.json, "new_shapes", options.seed, rows, measured_on=what, trained=told(options)
-        )
+    write_rows("new_shapes", options, rows, "shape")
 
 
 if __name__ == "__main__":

@@ -13,7 +13,6 @@ import argparse
 import collections
 import functools
 import sys
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,11 +24,10 @@ import report
 from grasp_point_methods import (
     Method,
     add_training_options,
-    refuse_leaks,
-    render_test_sets,
+    print_head,
+    rendered,
     scored_view,
-    told,
-    training_folders,
+    write_rows,
 )
 from grasp_point_score import ScoredView, estimates
 from grasp_point_views import labelled_views
@@ -166,12 +164,7 @@ def variant_names(text: str) -> tuple[str, ...]:
 
 def build_parser() -> argparse.ArgumentParser:
     """The parser of the command line."""
-    parser = argparse.ArgumentParser(
-        prog=PROGRAM,
-        description=__doc__,
-        epilog=DEFINITIONS + "\n" + report.EXIT_CODES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = report.parser(PROGRAM, __doc__, DEFINITIONS)
     report.add_options(parser, scenes=50, scenes_help="scenes of each class to measure on")
     add_training_options(parser, train_scenes=60, classes=CLASSES)
     parser.add_argument(
@@ -192,12 +185,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _run(options) -> None:
-    report.check_place(options.json)
-    with tempfile.TemporaryDirectory(prefix="graspctx_") as temporary:
-        folder = options.keep or Path(temporary)
-        test = render_test_sets(options, folder, scene_sets(options.classes, options.scenes))
-        training = training_folders(options, folder)
-        refuse_leaks(list(training.values()), list(test.values()))
+    with rendered(options, scene_sets(options.classes, options.scenes)) as (test, training):
         rows = []
         for family in options.classes:
             methods = {
@@ -212,11 +200,9 @@ def _run(options) -> None:
                 for variant, one in of_scene:
                     measured[variant].append(one)
             rows += [row for variant in methods for row in rows_of(family, variant, measured[variant])]
-    what = f"{options.scenes} scenes of each class, split {options.split}"
-    print(f"recipe: seed {options.seed}, {what}; {told(options)}\n{report.ran_on()}")
+    print_head("recipe", options)
     print_rows(rows)
-    if options.json:
-        report.write_json(options.json, "recipe", options.seed, rows, measured_on=what, trained=told(options))
+    write_rows("recipe", options, rows)
 
 
 if __name__ == "__main__":

@@ -348,12 +348,7 @@ def saying_no_rows(answers: list[tuple[NoObjectPair, dict[str, int]]], cues: tup
 def build_parser() -> argparse.ArgumentParser:
     """The parser of the command line."""
     cases = "".join(f"  {case:15} {text}\n" for case, text in no_objects.CASES.items())
-    parser = argparse.ArgumentParser(
-        prog=PROGRAM,
-        description=__doc__,
-        epilog=DEFINITIONS + cases + "\n" + report.EXIT_CODES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = report.parser(PROGRAM, __doc__, DEFINITIONS + cases)
     report.add_options(parser, scenes=60, scenes_help="scenes of each kind")
     parser.add_argument(
         "--cues",

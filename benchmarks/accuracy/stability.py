@@ -13,7 +13,6 @@ import argparse
 import collections
 import functools
 import sys
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,12 +25,11 @@ from fresh_scenes import SceneSet
 from grasp_point_methods import (
     Method,
     add_training_options,
-    refuse_leaks,
-    render_test_sets,
+    print_head,
+    rendered,
     shipped_methods,
-    told,
     train_all,
-    training_folders,
+    write_rows,
 )
 from grasp_point_views import ViewPatches, labelled_views, patch_side_px, with_mask
 from graspctx.sim.stored import read_scene, scene_folders
@@ -223,12 +221,7 @@ def print_rows(rows: list[dict]) -> None:
 
 def build_parser() -> argparse.ArgumentParser:
     """The parser of the command line."""
-    parser = argparse.ArgumentParser(
-        prog=PROGRAM,
-        description=__doc__,
-        epilog=DEFINITIONS + "\n" + report.EXIT_CODES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = report.parser(PROGRAM, __doc__, DEFINITIONS)
     report.add_options(parser, scenes=60, scenes_help="scenes of each class to measure on")
     add_training_options(parser, classes=CLASSES)
     return parser
@@ -241,12 +234,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _run(options) -> None:
-    report.check_place(options.json)
-    with tempfile.TemporaryDirectory(prefix="graspctx_") as temporary:
-        folder = options.keep or Path(temporary)
-        test = render_test_sets(options, folder, scene_sets(options.classes, options.scenes))
-        training = training_folders(options, folder)
-        refuse_leaks(list(training.values()), list(test.values()))
+    with rendered(options, scene_sets(options.classes, options.scenes)) as (test, training):
         compared = [("shape_context", "rbf"), ("local_appearance", "rbf"), ("local_appearance", "logistic")]
         methods = train_all(training, compared, workers=options.workers)
         found = collections.defaultdict(list)
@@ -261,13 +249,9 @@ def _run(options) -> None:
                     found["all", method, mask].append(answer)
                     found[family, method, mask].append(answer)
     rows = rows_of(found)
-    what = f"{options.scenes} scenes of each class, split {options.split}"
-    print(f"stability: seed {options.seed}, {what}; {told(options)}\n{report.ran_on()}")
+    print_head("stability", options)
     print_rows(rows)
-    if options.json:
-        report.write_json(
-            options.json, "stability", options.seed, rows, measured_on=what, trained=told(options)
-        )
+    write_rows("stability", options, rows)
 
 
 if __name__ == "__main__":

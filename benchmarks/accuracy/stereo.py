@@ -241,12 +241,7 @@ def print_rows(rows: list[dict]) -> None:
 
 def build_parser() -> argparse.ArgumentParser:
     """The parser of the command line."""
-    parser = argparse.ArgumentParser(
-        prog=PROGRAM,
-        description=__doc__,
-        epilog=DEFINITIONS + "\n" + report.EXIT_CODES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = report.parser(PROGRAM, __doc__, DEFINITIONS)
     report.add_options(parser, scenes=60, scenes_help="scenes of one to four objects")
     parser.add_argument("--middlebury", metavar="FOLDER", type=Path, help="folder of Middlebury's pairs")
     parser.add_argument(
