@@ -20,6 +20,15 @@ from graspctx.sim.stored import DatasetError, read_header, scene_folders
 
 RECORDS = Path(__file__).with_suffix(".json")
 TRAINED = "mug,pencil,wineglass,bowl,eraser,box,book"
+TRAINING_SEEDS = {
+    "mug": 7771348,
+    "pencil": 7771302,
+    "wineglass": 7771736,
+    "bowl": 7771173,
+    "eraser": 7771166,
+    "box": 7771350,
+    "book": 7771182,
+}
 UNTRAINED = "cup,can,bottle,teapot,hammer,screwdriver,spoon,fryingpan"
 LOW = "pencil,eraser,spoon,screwdriver"
 MESHES = ",".join(sorted(map(str, Path(__file__).parent.glob("new_shapes/*.json"))))
@@ -44,13 +53,16 @@ SETS = {
         families="mug,pencil,wineglass",
         options="--objects 1-3 --resolution 320x240 --split test",
     ),
-    "training": FixedSet(
-        "what the shipped models are trained on; mugs, the hardest, twice as often",
-        scenes=1600,
-        seed=1,
-        families="mug,mug,pencil,wineglass",
-        options="--split train",
-    ),
+    **{
+        f"training_{family}": FixedSet(
+            f"what the shipped model {family} is trained on",
+            scenes=1000 if family == "mug" else 600,  # mugs are the hardest
+            seed=seed,
+            families=family,
+            options="--split train",
+        )
+        for family, seed in TRAINING_SEEDS.items()
+    },
     "shipped": FixedSet(
         "grasp points of the shipped models on new instances, 100 of each class",
         scenes=300,

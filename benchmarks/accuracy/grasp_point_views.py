@@ -15,7 +15,7 @@ from graspctx.sim.stored import read_scene, scene_folders
 from segmentation_score import counts
 
 DESCRIPTORS = ("shape_context", "local_appearance")
-FOVEA_OPTIONS = ("object_px", "margin_px")
+FOVEA_OPTIONS = ("object_px", "margin_px", "refine_mask")
 
 
 # ---- Objects -----------------------------------------------------------------------------------------------

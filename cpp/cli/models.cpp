@@ -51,6 +51,7 @@ Json model_facts(const LoadedModel& loaded) {
           {"descriptor",
            {{"fovea_object_px", descriptor.fovea.object_px},
             {"fovea_margin_px", descriptor.fovea.margin_px},
+            {"refine_mask", descriptor.fovea.refine_mask},
             {"canny_low", descriptor.contour.canny_low},
             {"canny_high", descriptor.contour.canny_high},
             {"samples", descriptor.contour.samples},

@@ -7,6 +7,7 @@
 
 #include "detail/check.hpp"
 #include "detail/quantile.hpp"
+#include "detail/refined_mask.hpp"
 
 namespace graspctx {
 
@@ -40,6 +41,26 @@ FovealView view_at(const cv::Mat& image, const cv::Mat& mask, double scale, cons
   return view;
 }
 
+/// What the mask means in this image: the mask as it is, or refined.
+cv::Mat figure_of(const cv::Mat& image, const cv::Mat& mask, const FoveaOptions& options) {
+  options.check();
+  detail::require_image(image, "image");
+  detail::require_mask(mask, image.size(), "object mask");
+  if (cv::countNonZero(mask) == 0) {
+    throw InvalidInput("object mask: it is empty, expected at least one pixel > 0");
+  }
+  return options.refine_mask ? detail::refined_mask(image, mask) : mask;
+}
+
+FovealView view_of_figure(const cv::Mat& image, const cv::Mat& figure, const FoveaOptions& options) {
+  const cv::Rect box = cv::boundingRect(figure);
+  const double scale = static_cast<double>(options.object_px) / std::max(box.width, box.height);
+  const Eigen::Vector2d origin_px(box.x - options.margin_px / scale, box.y - options.margin_px / scale);
+  const cv::Size size(static_cast<int>(std::ceil(box.width * scale)) + 2 * options.margin_px,
+                      static_cast<int>(std::ceil(box.height * scale)) + 2 * options.margin_px);
+  return view_at(image, figure, scale, origin_px, size);
+}
+
 }  // namespace
 
 void FoveaOptions::check() const {
@@ -48,23 +69,14 @@ void FoveaOptions::check() const {
 }
 
 FovealView foveal_view(const cv::Mat& image, const cv::Mat& mask, const FoveaOptions& options) {
-  options.check();
-  detail::require_image(image, "image");
-  detail::require_mask(mask, image.size(), "object mask");
-  const cv::Rect box = cv::boundingRect(mask);
-  if (box.empty()) throw InvalidInput("object mask: it is empty, expected at least one pixel > 0");
-
-  const double scale = static_cast<double>(options.object_px) / std::max(box.width, box.height);
-  const Eigen::Vector2d origin_px(box.x - options.margin_px / scale, box.y - options.margin_px / scale);
-  const cv::Size size(static_cast<int>(std::ceil(box.width * scale)) + 2 * options.margin_px,
-                      static_cast<int>(std::ceil(box.height * scale)) + 2 * options.margin_px);
-  return view_at(image, mask, scale, origin_px, size);
+  return view_of_figure(image, figure_of(image, mask, options), options);
 }
 
-std::optional<FovealPair> foveal_pair(const RectifiedPair& pair, const cv::Mat& mask,
+std::optional<FovealPair> foveal_pair(const RectifiedPair& pair, const cv::Mat& object_mask,
                                       const cv::Mat& disparity, const FoveaOptions& options) {
+  const cv::Mat mask = figure_of(pair.left, object_mask, options);
   FovealPair fovea;
-  fovea.left = foveal_view(pair.left, mask, options);
+  fovea.left = view_of_figure(pair.left, mask, options);
   detail::require_image(pair.right, "right image");
   if (disparity.type() != CV_32FC1 || disparity.size() != mask.size()) {
     throw InvalidInput("disparity: expected CV_32FC1 of the image's size, got " +

@@ -141,7 +141,8 @@ class MetadataReader {
   std::map<std::string, std::string> metadata_;
 };
 
-/// An entry that only those models have that count the outline a second time.
+/// Entries that only those models have that make use of them: files of before these options lack them.
+constexpr const char* refine_entry = "descriptor.fovea.refine_mask";
 constexpr const char* outline_entry = "descriptor.shape_context.outline_px";
 
 /// Every number outside the tensors, by name: written and read by the same list.
@@ -150,6 +151,7 @@ void visit_numbers(Model& model, const Visit& visit) {
   auto& descriptor = model.descriptor;
   visit("descriptor.fovea.object_px", descriptor.fovea.object_px);
   visit("descriptor.fovea.margin_px", descriptor.fovea.margin_px);
+  visit(refine_entry, descriptor.fovea.refine_mask);
   visit("descriptor.contour.canny_low", descriptor.contour.canny_low);
   visit("descriptor.contour.canny_high", descriptor.contour.canny_high);
   visit("descriptor.contour.samples", descriptor.contour.samples);
@@ -269,6 +271,7 @@ std::vector<std::uint8_t> GraspModel::to_safetensors() const {
   for (std::size_t i = 0; i < classes.size(); ++i) file.metadata["class." + std::to_string(i)] = classes[i];
   for (const auto& [key, value] : provenance) file.metadata["provenance." + key] = value;
   visit_numbers(*this, [&](const char* key, const auto& value) { file.metadata[key] = text_of(value); });
+  if (!descriptor.fovea.refine_mask) file.metadata.erase(refine_entry);
   if (descriptor.shape_context.outline_px == 0) file.metadata.erase(outline_entry);
   const std::uint64_t dimension = mean.size(), vectors = support_vectors.rows();
   file.tensors["mean"] = tensor_of(mean, {dimension});
@@ -299,10 +302,11 @@ GraspModel GraspModel::from_safetensors(const std::uint8_t* bytes, std::size_t s
     model.classes.push_back(found->second);
   }
   model.provenance = metadata.take_all("provenance.");
+  model.descriptor.fovea.refine_mask = false;
   model.descriptor.shape_context.outline_px = 0;
   visit_numbers(model, [&](const char* key, auto& value) {
-    // Files of before that option do not have it.
-    if (std::string(key) != outline_entry || metadata.holds(key)) metadata.take(key, value);
+    const bool optional = key == std::string(refine_entry) || key == std::string(outline_entry);
+    if (!optional || metadata.holds(key)) metadata.take(key, value);
   });
   metadata.expect_nothing_left();
 

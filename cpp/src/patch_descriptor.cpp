@@ -33,6 +33,13 @@ void DescriptorOptions::check() const {
   patch.check();
 }
 
+DescriptorOptions robust_descriptor() {
+  DescriptorOptions options;
+  options.fovea.refine_mask = true;
+  options.shape_context.outline_px = 3;
+  return options;
+}
+
 PatchDescriptors patch_descriptors(const Contour& contour, const cv::Size& image_size,
                                    const DescriptorOptions& options) {
   options.check();

@@ -54,6 +54,7 @@ __all__: list[str] = [
     "patch_descriptors",
     "read_image",
     "rectify",
+    "robust_descriptor",
     "roc_area",
     "sample_contour",
     "segment_objects",
@@ -1102,6 +1103,7 @@ def build_training_set(
     seed: int = ...,
     object_px: int = ...,
     margin_px: int = ...,
+    refine_mask: bool = ...,
     canny_low: float = ...,
     canny_high: float = ...,
     samples: int = ...,
@@ -1161,6 +1163,7 @@ def describe_labelled_view(
     *,
     object_px: int = ...,
     margin_px: int = ...,
+    refine_mask: bool = ...,
     canny_low: float = ...,
     canny_high: float = ...,
     samples: int = ...,
@@ -1183,6 +1186,7 @@ def describe_view(
     *,
     object_px: int = ...,
     margin_px: int = ...,
+    refine_mask: bool = ...,
     canny_low: float = ...,
     canny_high: float = ...,
     samples: int = ...,
@@ -1358,6 +1362,7 @@ def foveal_view(
     *,
     object_px: int = ...,
     margin_px: int = ...,
+    refine_mask: bool = ...,
 ) -> FovealView:
     """
     The foveal view of the object that the mask marks (METHOD 2).
@@ -1417,6 +1422,14 @@ def rectify(
     Check a pair of images against the camera, and rectify it if camera.raw says how (METHOD 1).
 
     Images are uint8, RGB (H, W, 3) or grey (H, W). Raises InvalidInput if sizes differ from each other or from the calibration's.
+    """
+
+def robust_descriptor() -> dict:
+    """
+    The options of describe_view that models are trained with by default.
+
+    The defaults of describe_view are the descriptor of the paper. Robust is what a mask refined by colour and a second
+    count of the outline make of it: 240 numbers a patch (docs/recipe.md). Use: describe_view(view, **robust_descriptor()).
     """
 
 def roc_area(

@@ -60,6 +60,16 @@ starts at its (0, 0). Raises InvalidInput for points outside, or an option out o
         return stages;
       },
       "The options of describe_view by the stage that takes them, with their defaults.");
+  m.def(
+      "robust_descriptor",
+      [] {
+        DescriptorOptions options = robust_descriptor();
+        return keyword_values(keywords(options));
+      },
+      R"(The options of describe_view that models are trained with by default.
+
+The defaults of describe_view are the descriptor of the paper. Robust is what a mask refined by colour and a second
+count of the outline make of it: 240 numbers a patch (docs/recipe.md). Use: describe_view(view, **robust_descriptor()).)");
 }
 
 }  // namespace graspctx::python

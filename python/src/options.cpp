@@ -206,7 +206,9 @@ const char* annotation(std::optional<TablePlane>*) {
 }  // namespace
 
 Keywords keywords(FoveaOptions& options) {
-  return {{"object_px", &options.object_px}, {"margin_px", &options.margin_px}};
+  return {{"object_px", &options.object_px},
+          {"margin_px", &options.margin_px},
+          {"refine_mask", &options.refine_mask}};
 }
 
 Keywords keywords(ContourOptions& options) {

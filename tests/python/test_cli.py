@@ -101,7 +101,7 @@ def test_version(cli):
         ["train", "folder"],
         ["train", "--output", "m.safetensors"],
         ["train", "folder", "--output", "m.safetensors", "--seed", "x"],
-        ["train", "folder", "--output", "m.safetensors", "--outline-px", "-1"],
+        ["train", "folder", "--output", "m.safetensors", "--descriptor", "none"],
         ["evaluate", "folder"],
         ["describe", "LEFT"],
         ["describe", "LEFT", "--output", "d.npy", "--fovea"],
@@ -573,14 +573,16 @@ def test_info_tells_where_a_model_comes_from(cli, drawn_dataset, trained_model, 
     assert json.loads((tmp_path / "info.json").read_text()) == facts
 
 
-def test_a_model_may_tell_the_outline(cli, drawn_dataset, trained_model, tmp_path):
-    output = tmp_path / "m.safetensors"
-    succeed(cli("train", drawn_dataset, "--output", output, "--outline-px", 3))
-    facts = json.loads(succeed(cli("info", output, "--json", "-")))
-    assert facts["descriptor"]["outline_px"] == 3 and facts["svm"]["dimension"] == 240
-    assert facts["provenance"]["command"].endswith(" --outline-px 3")
+def test_a_model_is_of_the_robust_descriptor_or_of_the_paper_s(cli, drawn_dataset, trained_model, tmp_path):
     facts = json.loads(succeed(cli("info", trained_model, "--json", "-")))
-    assert facts["descriptor"]["outline_px"] == 0 and facts["svm"]["dimension"] == 120
+    assert facts["descriptor"]["outline_px"] == 3 and facts["descriptor"]["refine_mask"]
+    assert facts["svm"]["dimension"] == 240
+    output = tmp_path / "m.safetensors"
+    succeed(cli("train", drawn_dataset, "--output", output, "--descriptor", "paper"))
+    facts = json.loads(succeed(cli("info", output, "--json", "-")))
+    assert facts["descriptor"]["outline_px"] == 0 and not facts["descriptor"]["refine_mask"]
+    assert facts["svm"]["dimension"] == 120
+    assert facts["provenance"]["command"].endswith(" --descriptor paper")
 
 
 def test_name_and_classes_are_the_callers(cli, drawn_dataset, tmp_path):

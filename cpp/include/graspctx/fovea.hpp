@@ -9,8 +9,10 @@
 namespace graspctx {
 
 struct GRASPCTX_EXPORT FoveaOptions {
-  int object_px = 200;  // longer side of the object's bounding box in the foveal view
-  int margin_px = 40;   // around the box
+  int object_px = 200;       // longer side of the object's bounding box in the foveal view
+  int margin_px = 40;        // around the box
+  bool refine_mask = false;  // cut figure and ground apart by colour first: a mask that is too large, takes
+                             // a part of the table along or lacks one of the object is brought to the object
   void check() const;
 };
 
@@ -42,9 +44,9 @@ struct FovealPair {
 GRASPCTX_EXPORT FovealView foveal_view(const cv::Mat& image, const cv::Mat& mask,
                                        const FoveaOptions& options = {});
 
-/// The foveal pair of the object that `mask` marks in the left view; its mask in the right view is carried
-/// over by the disparity. Nothing if the object has no disparity.
-GRASPCTX_EXPORT std::optional<FovealPair> foveal_pair(const RectifiedPair& pair, const cv::Mat& mask,
+/// The foveal pair of the object that `object_mask` marks in the left view; its mask in the right view is
+/// carried over by the disparity. Nothing if the object has no disparity.
+GRASPCTX_EXPORT std::optional<FovealPair> foveal_pair(const RectifiedPair& pair, const cv::Mat& object_mask,
                                                       const cv::Mat& disparity,
                                                       const FoveaOptions& options = {});
 

@@ -50,7 +50,7 @@ struct GRASPCTX_EXPORT TrainOptions {
   int folds = 5;                                      // grouped by image
   int max_positives_per_group = 24;  // rows of each image kept to train the SVM; the sigmoid sees all rows
   int max_negatives_per_group = 48;
-  int max_rows = 12000;        // of all images together: fewer of each where there are many, 1 and 2 at least
+  int max_rows = 24000;        // of all images together: fewer of each where there are many, 1 and 2 at least
   int max_search_rows = 4000;  // whole groups, for the search over C and γ
   std::uint32_t seed = 1;
   std::function<void(double share, const std::string& what)> progress;  // may be empty

@@ -27,6 +27,10 @@ struct GRASPCTX_EXPORT DescriptorOptions {
   void check() const;
 };
 
+/// What is trained by default: the descriptor of the paper, which the defaults of the options are, made
+/// robust. The mask is refined by colour, and the outline is counted a second time (docs/recipe.md).
+GRASPCTX_EXPORT DescriptorOptions robust_descriptor();
+
 /// Descriptors of the patches of one view that hold contour samples (III-B).
 struct PatchDescriptors {
   std::vector<cv::Point2f> centres_px;  // (M) of the view
