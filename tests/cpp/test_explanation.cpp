@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "graspctx/error.hpp"
 #include "graspctx/explanation.hpp"
+#include "graspctx/io/explanation_json.hpp"
+#include "graspctx/io/picture.hpp"
 #include "synthetic.hpp"
 
 namespace graspctx {
@@ -300,6 +303,38 @@ TEST(Explanation, AGraspIsExplainedByItsPatchInTheLeftView) {
   DetectedObject unknown = object;
   unknown.grasps[0].patch = -1;
   EXPECT_THROW(explain_grasp(unknown, scene.model), InvalidInput);
+}
+
+TEST(Explanation, JsonAndPictureHaveTheOutlineApart) {
+  DescriptorOptions outline = few_samples();
+  outline.shape_context.outline_px = 4;
+  const Scene scene = mug_scene(outline), plain = mug_scene();
+  const GraspExplanation found = explain_grasp(detected(scene), scene.model);
+  const nlohmann::json document = nlohmann::json::parse(explanation_to_json(found, "mug", "0f"));
+  EXPECT_EQ(document["windows"].size(), 3u);
+  for (std::size_t window = 0; window < 3; ++window) {
+    const nlohmann::json &all = document["windows"][window]["effects"],
+                         &border = document["windows"][window]["outline_effects"];
+    double sum = 0;
+    for (std::size_t angle = 0; angle < 8; ++angle) {
+      for (std::size_t ring = 0; ring < 5; ++ring) {
+        const auto column = static_cast<Eigen::Index>(80 * window + 5 * angle + ring);
+        EXPECT_EQ(all[angle][ring], found.patch.bin_effects[column]);
+        EXPECT_EQ(border[angle][ring], found.patch.bin_effects[column + 40]);
+        sum += found.patch.bin_effects[column] + found.patch.bin_effects[column + 40];
+      }
+    }
+    EXPECT_NEAR(document["windows"][window]["effect_sum"], sum, 1e-9);
+  }
+  EXPECT_TRUE(document["nearest_images"].is_null());
+
+  const cv::Mat picture = draw_explanation(found);
+  EXPECT_EQ(picture.type(), CV_8UC3);
+  EXPECT_GT(picture.cols, draw_explanation(explain_grasp(detected(plain), plain.model)).cols);
+  GraspExplanation broken = found;
+  broken.patch.point_effects.pop_back();
+  EXPECT_THROW(draw_explanation(broken), InvalidInput);
+  EXPECT_THROW(draw_explanation({}), InvalidInput);
 }
 
 TEST(Explanation, FindsThePatchOfTheTrainingImageThatASupportVectorIs) {

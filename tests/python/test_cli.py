@@ -11,7 +11,10 @@ from conftest import REPOSITORY, write_drawn_dataset
 
 Image = pytest.importorskip("PIL.Image")
 
-SUBCOMMANDS = ["detect", "train", "evaluate", "segment", "describe", "models", "info", "export", "check"]
+SUBCOMMANDS = [
+    *["detect", "explain", "train", "evaluate", "segment", "describe"],
+    *["models", "info", "export", "check"],
+]
 
 
 def succeed(result):
