@@ -6,6 +6,7 @@ namespace graspctx::cli {
 /// Each adds one subcommand to the program; it runs while the command line is parsed. Bad input is reported
 /// by InvalidInput, wrong usage that the parser cannot see by CLI::ValidationError.
 void add_detect(CLI::App& program);
+void add_explain(CLI::App& program);
 void add_train(CLI::App& program);
 void add_evaluate(CLI::App& program);
 void add_segment(CLI::App& program);

@@ -3,10 +3,9 @@
 
 #include "commands.hpp"
 #include "common.hpp"
-#include "graspctx/detector.hpp"
+#include "detection_arguments.hpp"
 #include "graspctx/io/detection_json.hpp"
 #include "graspctx/io/image_file.hpp"
-#include "graspctx/io/model_file.hpp"
 #include "graspctx/io/picture.hpp"
 
 namespace graspctx::cli {
@@ -14,12 +13,9 @@ namespace graspctx::cli {
 namespace {
 
 struct DetectArguments {
-  PairArguments pair;
-  SegmentationArguments segmentation;
-  std::string model = "familiar";
-  std::string mask, json, picture;
+  DetectionArguments detection;
+  std::string json, picture;
   std::optional<int> max_grasps;
-  int threads = 1;
 };
 
 /// The ranked grasps for a reader.
@@ -50,27 +46,16 @@ std::string detection_table(const Detection& detection) {
 
 void detect(const DetectArguments& arguments) {
   check_outputs({arguments.json, arguments.picture});
-  const LoadedPair pair = load_pair(arguments.pair);
-  cv::Mat mask;
-  if (!arguments.mask.empty()) mask = load_mask_for(arguments.mask, pair.left.size());
-  const LoadedModel loaded = load_model(arguments.model);
-  DetectorOptions options;
-  options.segmentation = segmentation_options(arguments.segmentation, pair.left.size());
-  options.threads = arguments.threads;
-  if (arguments.max_grasps) options.max_grasps = *arguments.max_grasps;
-  use_threads(arguments.threads);
-
-  Detection detection;
-  naming(arguments.pair.left,
-         [&] { detection = detect_grasps(pair.left, pair.right, pair.camera, loaded.model, options, mask); });
+  const DetectionRun run = run_detection(arguments.detection, arguments.max_grasps);
+  const Detection& detection = run.detection;
 
   std::vector<PendingFile> outputs;
   if (!arguments.json.empty()) {
-    outputs.push_back({arguments.json, detection_to_json(detection, loaded.model.name, loaded.sha256)});
+    outputs.push_back({arguments.json, detection_to_json(detection, run.model.model.name, run.model.sha256)});
   }
   if (!arguments.picture.empty()) {
     outputs.push_back(
-        {arguments.picture, encode_image(arguments.picture, draw_detection(detection, pair.camera))});
+        {arguments.picture, encode_image(arguments.picture, draw_detection(detection, run.pair.camera))});
   }
   if (arguments.json != standard_output) outputs.push_back({standard_output, detection_table(detection)});
   write_outputs(outputs);
@@ -82,20 +67,7 @@ void detect(const DetectArguments& arguments) {
 void add_detect(CLI::App& program) {
   CLI::App& command = *program.add_subcommand("detect", "Find grasps on the objects of a stereo pair.");
   const auto arguments = std::make_shared<DetectArguments>();
-  add_pair_arguments(command, arguments->pair);
-  command
-      .add_option("--model", arguments->model,
-                  "a shipped model (see `graspctx_cli models`) or a .safetensors file")
-      ->type_name("NAME|FILE")
-      ->capture_default_str();
-  add_segmentation_arguments(command, arguments->segmentation);
-  command
-      .add_option("--mask", arguments->mask,
-                  "8-bit PNG, instance ids of the left rectified view: instead of the segmentation")
-      ->type_name("FILE")
-      ->excludes("--cues")
-      ->excludes("--fixate")
-      ->excludes("--roi");
+  add_detection_arguments(command, arguments->detection);
   command.add_option("--max-grasps", arguments->max_grasps, "of each object")
       ->check(CLI::Range(1, 1000))
       ->type_name("N");
@@ -104,7 +76,6 @@ void add_detect(CLI::App& program) {
   command.add_option("--picture", arguments->picture, "draw the grasps: .png, .jpg")
       ->check(has_extension({".png", ".jpg", ".jpeg"}))
       ->type_name("FILE");
-  add_threads_argument(command, arguments->threads);
   command.footer(
       "Prints a table of the ranked grasps unless --json - prints the JSON.\n"
       "Examples:\n"

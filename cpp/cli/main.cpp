@@ -35,6 +35,7 @@ int main(int argc, char** argv) {
       "Exit codes: 0 done, 1 internal error, 2 wrong usage, 3 bad input.\n"
       "Example: graspctx_cli detect left.png right.png --calibration calib.txt --picture grasps.png");
   cli::add_detect(program);
+  cli::add_explain(program);
   cli::add_train(program);
   cli::add_evaluate(program);
   cli::add_segment(program);

@@ -71,6 +71,7 @@ void train(const TrainArguments& arguments) {
   augment.seed = arguments.seed;
   TrainOptions options;
   options.seed = arguments.seed;
+  options.image_names = image_names(views);
   // Describing the views takes about a third of the time.
   options.progress = [&](double share, const std::string& what) { progress.show(0.3 + 0.7 * share, what); };
 

@@ -213,9 +213,11 @@ void read_annotated_image(const fs::path& file, const CocoImage& image, int grou
     return is_among(region.label, options.object_labels);
   });
   if (!has_object && !reading.problems.is_gathering()) return;  // saves reading the image
+  if (!is_image_wanted(image.name, options)) return;
   LabelledView view;
   const fs::path image_file = coco_image_file(file, image.name);
   view.source = image_file.string();
+  view.image_name = image.name;
   view.group = group;
   view.image = read_annotated_photograph(image_file);
   require_size(image_file, view.image, image.size, "in " + file.filename().string());

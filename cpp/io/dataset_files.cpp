@@ -138,6 +138,7 @@ std::vector<LabelledView> load_dataset(const fs::path& path, const DatasetOption
   detail::Reading reading{options, problems, summary,
                           [&](LabelledView view) { views.push_back(std::move(view)); }};
   read_dataset(path, reading);
+  if (views.empty() && !options.images.empty()) detail::fail(path, detail::no_image_wanted(options));
   if (views.empty()) detail::fail(path, "holds no object of the classes asked for");
   return views;
 }

@@ -90,6 +90,8 @@ void read_graspctx_dataset(const fs::path& folder, Reading& reading) {
   bool found_any = false;
   for (const fs::path& scene_folder : scene_folders(folder)) {
     const int group = reading.summary.scenes++;
+    const std::string name = scene_folder.filename().string();
+    if (!is_image_wanted(name, reading.options)) continue;
     const fs::path scene_json = scene_folder / "scene.json";
     const Json scene = read_scene_json(scene_json);
     std::vector<SceneObject> objects = scene_objects(scene, scene_json, reading.problems);
@@ -106,11 +108,12 @@ void read_graspctx_dataset(const fs::path& folder, Reading& reading) {
         const cv::Mat mask = view.instance_ids == object.id;
         if (cv::countNonZero(mask) == 0) continue;  // hidden behind another object
         found_any = true;
-        reading.emit(
-            {(scene_folder / side).string(), object.family, group, view.image, mask, view.label & mask});
+        reading.emit({(scene_folder / side).string(), object.family, group, view.image, mask,
+                      view.label & mask, name});
       }
     }
   }
+  if (families.empty() && !reading.options.images.empty()) fail(folder, no_image_wanted(reading.options));
   if (!found_any) {
     fail(folder, "holds no visible object of the classes asked for, it has: " +
                      joined({families.begin(), families.end()}));

@@ -119,8 +119,11 @@ void read_annotated_image(const fs::path& folder, const fs::path& file, int grou
   const Json* path = member(json, "imagePath");
   if (path == nullptr || !path->is_string()) fail(file, "'imagePath' is missing, expected an image's name");
   const fs::path image_file = path_inside(folder, path->get<std::string>(), file);
+  const std::string name = image_file.lexically_relative(folder).generic_string();
+  if (!is_image_wanted(name, reading.options)) return;
   LabelledView view;
   view.source = image_file.string();
+  view.image_name = name;
   view.group = group;
   view.image = read_annotated_photograph(image_file);
   check_image_size(json, file, image_file, view.image.size());

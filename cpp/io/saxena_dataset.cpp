@@ -22,7 +22,7 @@ cv::Mat coloured_pixels(const cv::Mat& image) {
 }
 
 void read_image_with_label(const fs::path& file, const fs::path& label_file, int group, Reading& reading) {
-  LabelledView view{file.string(), class_name, group, read_image(file), {}, {}};
+  LabelledView view{file.string(), class_name, group, read_image(file), {}, {}, file.filename().string()};
   const cv::Mat label_image = read_image(label_file);
   require_size(label_file, label_image, view.image.size(), "its image");
   const cv::Mat label = coloured_pixels(label_image);
@@ -49,6 +49,7 @@ void read_saxena_dataset(const fs::path& folder, Reading& reading) {
     if (file.extension() != ".png") continue;
     const fs::path label_file = folder / "grasp" / ("graspPriorityWidth_" + file.stem().string() + ".png");
     const int group = reading.summary.images++;
+    if (!is_image_wanted(file.filename().string(), reading.options)) continue;
     reading.problems.collect([&] { read_image_with_label(file, label_file, group, reading); });
   }
   if (reading.summary.images == 0) fail(folder / "img", "holds no PNG image");

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "detail/check.hpp"
+#include "detail/image_name.hpp"
 #include "detail/quantile.hpp"
 
 namespace graspctx {
@@ -111,6 +112,15 @@ std::vector<LabelledView> augment_view(const LabelledView& view, int degraded_ma
 }
 
 }  // namespace
+
+std::map<int, std::string> image_names(const std::vector<LabelledView>& views) {
+  std::map<int, std::string> names;
+  for (const LabelledView& view : views) {
+    const bool is_name = detail::is_image_name(view.image_name);
+    names[view.group] = is_name ? view.image_name : "image " + std::to_string(view.group);
+  }
+  return names;
+}
 
 void AugmentOptions::check() const {
   detail::require_option(degraded_masks >= 0 && degraded_masks <= 100, "degraded_masks must be 0 to 100");

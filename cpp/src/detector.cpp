@@ -124,6 +124,7 @@ DetectedObject detect_on_object(const ObjectHypothesis& hypothesis, const Detect
     GraspConfiguration grasp =
         configure_grasp(on_object(fovea->left, patch_px, view_px), *match, mask, camera, *object.pose,
                         scene.segmentation.table, options.hand, options.approach_threshold);
+    grasp.patch = point.patch;
     grasp.probability_left = point.probability;
     grasp.probability_right = *probability_right;
     grasp.probability = grasp.probability_left * grasp.probability_right;  // Eq. 1

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <system_error>
+#include <type_traits>
 
+#include "detail/image_name.hpp"
 #include "detail/number_text.hpp"
 #include "detail/safetensors.hpp"
 #include "detail/sigmoid.hpp"
@@ -19,16 +22,13 @@ constexpr const char* file_format = "graspctx.grasp_model";
 constexpr int format_version = 1;
 constexpr int max_dimension = 4096;
 constexpr double max_magnitude = 1e9;  // of C, γ, ρ, A and B: nothing in f or P can overflow
+constexpr std::size_t max_tensor_length = 10000000;
+
+using detail::is_printable;
+using Text = Eigen::Matrix<std::uint8_t, Eigen::Dynamic, 1>;
 
 void require(bool condition, const std::string& message) {
   if (!condition) throw InvalidInput("model: " + message);
-}
-
-bool printable(const std::string& text) {
-  for (const char c : text) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) return false;
-  }
-  return true;
 }
 
 /// The part of a model that prediction uses.
@@ -62,6 +62,51 @@ void check_classifier(const GraspModel& model) {
     require(coefficient < 0 || !negative, "the support vectors of the positive class must come first");
     negative = coefficient < 0;
   }
+}
+
+/// The names of the training images as one text, a line each.
+std::string lines_of(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += name + '\n';
+  return text;
+}
+
+std::vector<std::string> names_in(const Text& text) {
+  std::vector<std::string> names(1);
+  for (const std::uint8_t c : text) {
+    if (c == '\n') {
+      names.emplace_back();
+    } else {
+      names.back() += static_cast<char>(c);
+    }
+  }
+  require(names.back().empty(), "the names of its training images must end with a line feed");
+  names.pop_back();
+  return names;
+}
+
+void check_training_images(const GraspModel& model) {
+  const std::vector<std::string>& names = model.training_images;
+  if (names.empty() && model.support_images.empty()) return;
+  const auto vectors = static_cast<std::size_t>(model.support_vectors.rows());
+  require(model.support_images.size() == vectors, "it has " + std::to_string(vectors) +
+                                                      " support vectors, but knows the images of " +
+                                                      std::to_string(model.support_images.size()));
+  std::vector<bool> is_used(names.size(), false);
+  for (const int image : model.support_images) {
+    require(
+        image >= 0 && static_cast<std::size_t>(image) < names.size(),
+        "a support vector comes from image " + std::to_string(image) + " of " + std::to_string(names.size()));
+    is_used[static_cast<std::size_t>(image)] = true;
+  }
+  require(std::all_of(is_used.begin(), is_used.end(), [](bool used) { return used; }),
+          "each of its training images must have a support vector");
+  for (const std::string& name : names) {
+    require(detail::is_image_name(name), "the names of its training images must be printable UTF-8 of 1 to " +
+                                             std::to_string(detail::max_image_name_bytes) +
+                                             " bytes, and relative");
+  }
+  require(lines_of(names).size() <= max_tensor_length, "the names of its training images are too long");
 }
 
 // ---------------------------------------------------------------------------------------------- the file
@@ -119,7 +164,7 @@ class MetadataReader {
     if (metadata_.empty()) return;
     const std::string& key = metadata_.begin()->first;
     throw InvalidInput("model file: the metadata hold an unknown entry" +
-                       (printable(key) ? " '" + key.substr(0, 60) + "'" : std::string()));
+                       (is_printable(key) ? " '" + key.substr(0, 60) + "'" : std::string()));
   }
 
  private:
@@ -134,8 +179,8 @@ class MetadataReader {
   }
   [[noreturn]] static void fail(const std::string& key, const std::string& text, const char* expected) {
     throw InvalidInput("model file: '" + key + "' is " +
-                       (printable(text) ? "'" + text.substr(0, 60) + "'" : "not printable") + ": expected " +
-                       expected);
+                       (is_printable(text) ? "'" + text.substr(0, 60) + "'" : "not printable") +
+                       ": expected " + expected);
   }
 
   std::map<std::string, std::string> metadata_;
@@ -173,11 +218,18 @@ void visit_numbers(Model& model, const Visit& visit) {
   visit("sigmoid.b", model.sigmoid_b);
 }
 
+template <typename Number>
+constexpr const char* dtype_of() {
+  if (std::is_same_v<Number, double>) return "F64";
+  if (std::is_same_v<Number, float>) return "F32";
+  return std::is_same_v<Number, std::int32_t> ? "I32" : "U8";
+}
+
 template <typename Matrix>
 detail::Tensor tensor_of(const Matrix& matrix, std::vector<std::uint64_t> shape) {
   using Number = typename Matrix::Scalar;
   const auto* bytes = reinterpret_cast<const std::uint8_t*>(matrix.data());
-  return {sizeof(Number) == 4 ? "F32" : "F64",
+  return {dtype_of<Number>(),
           std::move(shape),
           {bytes, bytes + static_cast<std::size_t>(matrix.size()) * sizeof(Number)}};
 }
@@ -187,7 +239,7 @@ template <typename Matrix>
 Matrix matrix_of(detail::Safetensors& file, const std::string& name) {
   using Number = typename Matrix::Scalar;
   constexpr bool vector = Matrix::ColsAtCompileTime == 1;
-  const std::string dtype = sizeof(Number) == 4 ? "F32" : "F64";
+  const std::string dtype = dtype_of<Number>();
   const auto found = file.tensors.find(name);
   if (found == file.tensors.end()) throw InvalidInput("model file: the tensor '" + name + "' is missing");
   const detail::Tensor tensor = std::move(found->second);
@@ -197,9 +249,9 @@ Matrix matrix_of(detail::Safetensors& file, const std::string& name) {
                        " dimensions, got " + tensor.dtype + " of " + std::to_string(tensor.shape.size()));
   }
   for (const std::uint64_t length : tensor.shape) {
-    if (length == 0 || length > 10000000) {
+    if (length == 0 || length > max_tensor_length) {
       throw InvalidInput("model file: '" + name + "' has a dimension of " + std::to_string(length) +
-                         ": expected 1 to 10000000");
+                         ": expected 1 to " + std::to_string(max_tensor_length));
     }
   }
   Matrix matrix(static_cast<Eigen::Index>(tensor.shape[0]),
@@ -216,15 +268,16 @@ void GraspModel::check() const {
   require(descriptor.dimension() == mean.size(), "its descriptor has " +
                                                      std::to_string(descriptor.dimension()) +
                                                      " dimensions, its mean " + std::to_string(mean.size()));
-  require(printable(name), "its name must not hold control characters");
+  require(is_printable(name), "its name must not hold control characters");
   for (const std::string& class_name : classes) {
-    require(!class_name.empty() && printable(class_name),
+    require(!class_name.empty() && is_printable(class_name),
             "its class names must be neither empty nor hold control characters");
   }
   for (const auto& [key, value] : provenance) {
-    require(!key.empty() && printable(key) && printable(value),
+    require(!key.empty() && is_printable(key) && is_printable(value),
             "its provenance must hold neither an empty key nor control characters");
   }
+  check_training_images(*this);
 }
 
 Eigen::VectorXd GraspModel::decision_values(const Eigen::Ref<const FeatureMatrix>& features) const {
@@ -278,6 +331,13 @@ std::vector<std::uint8_t> GraspModel::to_safetensors() const {
   file.tensors["scale"] = tensor_of(scale, {dimension});
   file.tensors["support_vectors"] = tensor_of(support_vectors, {vectors, dimension});
   file.tensors["coefficients"] = tensor_of(coefficients, {vectors});
+  if (!training_images.empty()) {
+    const std::string names = lines_of(training_images);
+    file.tensors["training_images"] = {
+        dtype_of<std::uint8_t>(), {names.size()}, {names.begin(), names.end()}};
+    file.tensors["support_images"] =
+        tensor_of(Eigen::Map<const Eigen::VectorXi>(support_images.data(), coefficients.size()), {vectors});
+  }
   return detail::write_safetensors(file);
 }
 
@@ -314,6 +374,12 @@ GraspModel GraspModel::from_safetensors(const std::uint8_t* bytes, std::size_t s
   model.scale = matrix_of<Eigen::VectorXf>(file, "scale");
   model.support_vectors = matrix_of<FeatureMatrix>(file, "support_vectors");
   model.coefficients = matrix_of<Eigen::VectorXd>(file, "coefficients");
+  // Files of before explanations do not have them.
+  if (file.tensors.count("training_images") + file.tensors.count("support_images") > 0) {
+    model.training_images = names_in(matrix_of<Text>(file, "training_images"));
+    const auto images = matrix_of<Eigen::VectorXi>(file, "support_images");
+    model.support_images.assign(images.begin(), images.end());
+  }
   if (!file.tensors.empty()) throw InvalidInput("model file: it holds an unknown tensor");
   model.check();
   return model;

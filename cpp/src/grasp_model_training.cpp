@@ -5,8 +5,10 @@
 #include <random>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "detail/image_name.hpp"
 #include "detail/libsvm.hpp"
 #include "detail/number_text.hpp"
 #include "detail/sigmoid.hpp"
@@ -113,14 +115,31 @@ bool can_cross_validate(const Problem& problem, const std::vector<int>& chosen) 
   return folds[0].size() >= 2 && folds[1].size() >= 2;
 }
 
+/// Before anything takes long: none at all, or a name for each group that may stand in a model's file.
+void check_image_names(const std::vector<int>& groups, const std::map<int, std::string>& names) {
+  if (names.empty()) return;
+  for (const int group : groups) {
+    const auto found = names.find(group);
+    require(found != names.end(), "image_names lacks group " + std::to_string(group));
+    require(detail::is_image_name(found->second),
+            "the name of image " + std::to_string(group) + " must be printable UTF-8 of 1 to " +
+                std::to_string(detail::max_image_name_bytes) + " bytes, and relative");
+  }
+}
+
 FeatureMatrix gather(const Problem& problem, const std::vector<int>& rows) {
   FeatureMatrix features(static_cast<Eigen::Index>(rows.size()), problem.features.cols());
   for (std::size_t i = 0; i < rows.size(); ++i) features.row(i) = problem.features.row(rows[i]);
   return features;
 }
 
-/// III-C: the SVM on the given rows, all of it from these rows alone. The sigmoid is left open.
-GraspModel train_svm(const Problem& problem, std::vector<int> rows, double svm_c, double gamma) {
+struct TrainedSvm {
+  GraspModel model;       // the sigmoid is left open
+  std::vector<int> rows;  // (S) the support vectors' rows of the features
+};
+
+/// III-C: the SVM on the given rows, all of it from these rows alone.
+TrainedSvm train_svm(const Problem& problem, std::vector<int> rows, double svm_c, double gamma) {
   // Positives first, so that libsvm's order of the classes does not depend on the first row.
   std::stable_partition(rows.begin(), rows.end(), [&](int row) { return problem.labels[row] == 1; });
   FeatureMatrix features = gather(problem, rows);
@@ -146,12 +165,26 @@ GraspModel train_svm(const Problem& problem, std::vector<int> rows, double svm_c
   }
   const detail::SvmSolution solution = detail::solve_c_svc(features, labels, svm_c, gamma);
   model.support_vectors.resize(static_cast<Eigen::Index>(solution.rows.size()), dimension);
+  std::vector<int> support_rows;
   for (std::size_t i = 0; i < solution.rows.size(); ++i) {
     model.support_vectors.row(i) = features.row(solution.rows[i]);
+    support_rows.push_back(rows[static_cast<std::size_t>(solution.rows[i])]);
   }
   model.coefficients = solution.coefficients;
   model.rho = solution.rho;
-  return model;
+  return {std::move(model), std::move(support_rows)};
+}
+
+/// Keep which image each support vector comes from; images without one are left out, in the order of groups.
+void name_images(GraspModel& model, const std::vector<int>& support_rows, const std::vector<int>& groups,
+                 const std::map<int, std::string>& names) {
+  std::map<int, int> index_of;  // by group
+  for (const int row : support_rows) index_of[groups[row]] = 0;
+  for (auto& [group, index] : index_of) {
+    index = static_cast<int>(model.training_images.size());
+    model.training_images.push_back(names.at(group));
+  }
+  for (const int row : support_rows) model.support_images.push_back(index_of[groups[row]]);
 }
 
 /// Decision values of rows that their model has not seen.
@@ -175,7 +208,7 @@ HeldOut hold_out(const Problem& problem, const std::vector<int>& chosen, double 
       to.insert(to.end(), from.begin(), from.end());
     }
     if (!test.empty()) {
-      const GraspModel model = train_svm(problem, std::move(train), svm_c, gamma);
+      const GraspModel model = train_svm(problem, std::move(train), svm_c, gamma).model;
       const Eigen::VectorXd values = model.decision_values(gather(problem, test));
       held_out.values.insert(held_out.values.end(), values.begin(), values.end());
       for (const int row : test) held_out.labels.push_back(problem.labels[row]);
@@ -243,6 +276,7 @@ GraspModel train_model(const Eigen::Ref<const FeatureMatrix>& features, const st
           "both classes are needed, got " + std::to_string(positives) + " positive of " +
               std::to_string(count) + " rows");
   require(features.allFinite(), "all features must be finite");
+  check_image_names(groups, options.image_names);
 
   const Problem problem = group_rows(features, labels, groups, options);
   require(problem.groups.size() >= static_cast<std::size_t>(options.folds),
@@ -310,7 +344,9 @@ GraspModel train_model(const Eigen::Ref<const FeatureMatrix>& features, const st
   std::vector<int> rows;
   for (const Group& group : problem.groups) rows.insert(rows.end(), group.drawn.begin(), group.drawn.end());
   const std::size_t rows_used = rows.size();
-  GraspModel model = train_svm(problem, std::move(rows), best_c, best_gamma);
+  TrainedSvm trained = train_svm(problem, std::move(rows), best_c, best_gamma);
+  GraspModel& model = trained.model;
+  if (!options.image_names.empty()) name_images(model, trained.rows, groups, options.image_names);
   model.sigmoid_a = sigmoid.a;
   model.sigmoid_b = sigmoid.b;
   model.provenance = {
@@ -335,7 +371,7 @@ GraspModel train_model(const Eigen::Ref<const FeatureMatrix>& features, const st
        detail::number_text(expected_calibration_error(probabilities, held_out.labels))},
   };
   advance("final model");
-  return model;
+  return std::move(model);
 }
 
 }  // namespace graspctx

@@ -5,18 +5,9 @@
 #include <string>
 
 #include "detail/check.hpp"
+#include "detail/patch_window.hpp"
 
 namespace graspctx {
-
-namespace {
-
-/// L1 norm, then the square root of each entry (Hellinger).
-void normalise(Eigen::Ref<Eigen::RowVectorXf> histogram) {
-  const float sum = histogram.sum();
-  if (sum > 0) histogram = (histogram / sum).cwiseSqrt();
-}
-
-}  // namespace
 
 void PatchOptions::check() const {
   detail::require_option(patch_px >= 2 && patch_px <= 200, "patch_px must be 2 to 200");
@@ -96,7 +87,7 @@ PatchDescriptors patch_descriptors(const Contour& contour, const cv::Size& image
             window += cell_sums.row(cell_index(c, r));
           }
         }
-        normalise(window);
+        detail::normalise(window);
       }
     }
   }
@@ -113,26 +104,21 @@ std::optional<Eigen::RowVectorXf> patch_descriptor_at(const Contour& contour, co
                        std::to_string(contour.points.size()) + ", " + std::to_string(bins) + "), got (" +
                        std::to_string(contexts.rows()) + ", " + std::to_string(contexts.cols()) + ")");
   }
-  // Half open, as the patches of the grid are.
-  const auto within = [](const cv::Point2f& offset_px, int side_px) {
-    const float half_px = 0.5f * static_cast<float>(side_px);
-    return offset_px.x >= -half_px && offset_px.x < half_px && offset_px.y >= -half_px &&
-           offset_px.y < half_px;
-  };
   const int patch_px = options.patch.patch_px;
   Eigen::RowVectorXf feature = Eigen::RowVectorXf::Zero(options.dimension());
   bool occupied = false;
   for (std::size_t i = 0; i < contour.points.size(); ++i) {
     const cv::Point2f offset_px = contour.points[i] - centre_px;
-    occupied = occupied || within(offset_px, patch_px);
+    occupied = occupied || detail::is_in_window(offset_px, patch_px);
     for (int scale = 0; scale < 3; ++scale) {
-      if (within(offset_px, options.patch.windows_patches[static_cast<std::size_t>(scale)] * patch_px)) {
+      const int side_px = options.patch.windows_patches[static_cast<std::size_t>(scale)] * patch_px;
+      if (detail::is_in_window(offset_px, side_px)) {
         feature.segment(scale * bins, bins) += contexts.row(static_cast<Eigen::Index>(i));
       }
     }
   }
   if (!occupied) return std::nullopt;
-  for (int scale = 0; scale < 3; ++scale) normalise(feature.segment(scale * bins, bins));
+  for (int scale = 0; scale < 3; ++scale) detail::normalise(feature.segment(scale * bins, bins));
   return feature;
 }
 

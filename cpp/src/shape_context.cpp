@@ -5,6 +5,7 @@
 #include <string>
 
 #include "detail/check.hpp"
+#include "detail/log_polar.hpp"
 
 namespace graspctx {
 
@@ -38,6 +39,40 @@ std::vector<double> ring_radii(const ShapeContextOptions& options) {
 
 }  // namespace
 
+namespace detail {
+
+LogPolarBins::LogPolarBins(const std::vector<cv::Point2f>& points, const ShapeContextOptions& options,
+                           const std::vector<float>& gradients_rad, const std::vector<float>& border_px)
+    : points_(points), options_(options), gradients_rad_(gradients_rad), border_px_(border_px) {
+  const double mean_distance = points.size() < 2 ? 0 : mean_pairwise_distance(points);
+  unit_px_ = mean_distance > 0 ? mean_distance : 1;
+  radii_ = ring_radii(options);
+}
+
+std::vector<double> LogPolarBins::ring_radii_px() const {
+  std::vector<double> radii_px = radii_;
+  for (double& radius : radii_px) radius *= unit_px_;
+  return radii_px;
+}
+
+int LogPolarBins::bin(std::size_t from, std::size_t to) const {
+  if (from == to) return -1;
+  const double du = static_cast<double>(points_[to].x) - points_[from].x;
+  const double dv = static_cast<double>(points_[to].y) - points_[from].y;
+  const double radius = std::hypot(du, dv) / unit_px_;
+  int ring = 0;
+  while (ring < options_.radial_bins && radius >= radii_[static_cast<std::size_t>(ring)]) ++ring;
+  if (ring == options_.radial_bins) return -1;  // beyond the outer radius
+
+  const double turn = options_.relative_to_gradient ? gradients_rad_[from] : 0.0;
+  double turns = (std::atan2(dv, du) - turn) / two_pi;
+  turns -= std::floor(turns);
+  const int sector = std::min(static_cast<int>(turns * options_.angular_bins), options_.angular_bins - 1);
+  return sector * options_.radial_bins + ring;
+}
+
+}  // namespace detail
+
 void ShapeContextOptions::check() const {
   detail::require_option(angular_bins >= 1 && angular_bins <= 360, "angular_bins must be 1 to 360");
   detail::require_option(radial_bins >= 1 && radial_bins <= 100, "radial_bins must be 1 to 100");
@@ -54,8 +89,7 @@ FeatureMatrix shape_contexts(const std::vector<cv::Point2f>& points, const Shape
     throw InvalidInput("gradients: expected one for each of the " + std::to_string(points.size()) +
                        " points, got " + std::to_string(gradients_rad.size()));
   }
-  const bool with_outline = options.outline_px > 0;
-  if (with_outline && border_px.size() != points.size()) {
+  if (options.outline_px > 0 && border_px.size() != points.size()) {
     throw InvalidInput("distances to the border: expected one for each of the " +
                        std::to_string(points.size()) + " points, got " + std::to_string(border_px.size()));
   }
@@ -73,30 +107,11 @@ FeatureMatrix shape_contexts(const std::vector<cv::Point2f>& points, const Shape
   const auto n = static_cast<Eigen::Index>(points.size());
   FeatureMatrix counts = FeatureMatrix::Zero(n, options.bins());
   if (n < 2) return counts;
-  const double mean_distance = mean_pairwise_distance(points);
-  const double unit = mean_distance > 0 ? mean_distance : 1;
-  const std::vector<double> radii = ring_radii(options);
-
+  const detail::LogPolarBins bins(points, options, gradients_rad, border_px);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const cv::Point2f& from = points[static_cast<std::size_t>(i)];
-    const double turn = options.relative_to_gradient ? gradients_rad[static_cast<std::size_t>(i)] : 0.0;
     for (Eigen::Index j = 0; j < n; ++j) {
-      if (j == i) continue;
-      const double du = static_cast<double>(points[static_cast<std::size_t>(j)].x) - from.x;
-      const double dv = static_cast<double>(points[static_cast<std::size_t>(j)].y) - from.y;
-      const double radius = std::hypot(du, dv) / unit;
-      int ring = 0;
-      while (ring < options.radial_bins && radius >= radii[static_cast<std::size_t>(ring)]) ++ring;
-      if (ring == options.radial_bins) continue;  // beyond the outer radius
-
-      double turns = (std::atan2(dv, du) - turn) / two_pi;
-      turns -= std::floor(turns);
-      const int sector = std::min(static_cast<int>(turns * options.angular_bins), options.angular_bins - 1);
-      const int bin = sector * options.radial_bins + ring;
-      counts(i, bin) += 1;
-      if (with_outline && border_px[static_cast<std::size_t>(j)] <= options.outline_px) {
-        counts(i, options.angular_bins * options.radial_bins + bin) += 1;
-      }
+      bins.visit(static_cast<std::size_t>(i), static_cast<std::size_t>(j),
+                 [&](int bin) { counts(i, bin) += 1; });
     }
   }
   return counts;

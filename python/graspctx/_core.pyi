@@ -20,11 +20,13 @@ __all__: list[str] = [
     "FovealPair",
     "FovealView",
     "GraspConfiguration",
+    "GraspExplanation",
     "GraspModel",
     "GraspPoint",
     "InvalidInput",
     "LabelledPatches",
     "LabelledView",
+    "NearImage",
     "ObjectHypothesis",
     "ObjectIntermediates",
     "ObjectPose",
@@ -47,8 +49,10 @@ __all__: list[str] = [
     "draw_segmentation",
     "evaluate_model",
     "expected_calibration_error",
+    "explain_grasp",
     "find_grasp_points",
     "foveal_view",
+    "image_names",
     "load_dataset",
     "load_model",
     "patch_descriptors",
@@ -574,6 +578,12 @@ class GraspModel:
         """
 
     @property
+    def support_images(self) -> numpy.typing.NDArray[numpy.int32]:
+        """
+        (S,) int32 indices of training_images; empty if unknown.
+        """
+
+    @property
     def support_vectors(self) -> numpy.typing.NDArray[numpy.float32]:
         """
         (S, D) float32, standardised.
@@ -583,6 +593,12 @@ class GraspModel:
     def svm_c(self) -> float:
         """
         C of the SVM.
+        """
+
+    @property
+    def training_images(self) -> list[str]:
+        """
+        Names within the data set of the images that support vectors come from; empty if unknown.
         """
 
 class GraspPoint:
@@ -706,6 +722,12 @@ class GraspConfiguration:
     def opening_m(self) -> float:
         """
         Between the pads before they close.
+        """
+
+    @property
+    def patch(self) -> int:
+        """
+        Of the left foveal view: its row in ObjectIntermediates.patches.
         """
 
     @property
@@ -927,6 +949,7 @@ class LabelledView:
         class_name: str = ...,
         group: int = ...,
         source: str = ...,
+        image_name: str = ...,
     ) -> None:
         """
         image: uint8, RGB or grey. mask, label: uint8 or bool (H, W), > 0 = object, grasp region.
@@ -948,6 +971,12 @@ class LabelledView:
     def image(self) -> numpy.typing.NDArray[numpy.uint8]:
         """
         uint8, RGB or grey.
+        """
+
+    @property
+    def image_name(self) -> str:
+        """
+        Of the image or scene, within its data set.
         """
 
     @property
@@ -1077,6 +1106,150 @@ class ClassEvaluation:
     def views_large_label(self) -> int: ...
     @property
     def views_without_label(self) -> int: ...
+
+class NearImage:
+    """
+    A training image as the model remembers it: its support vectors of one label.
+    """
+
+    def __repr__(self) -> str: ...
+    @property
+    def contribution(self) -> float:
+        """
+        Of all of them to f: Σ coefficient · K.
+        """
+
+    @property
+    def name(self) -> str:
+        """
+        Of the image or scene, within its data set.
+        """
+
+    @property
+    def similarity(self) -> float:
+        """
+        Its kernel value, 0 to 1.
+        """
+
+    @property
+    def support_vector(self) -> int:
+        """
+        The nearest one: its row in GraspModel.support_vectors.
+        """
+
+    @property
+    def support_vectors(self) -> int:
+        """
+        How many.
+        """
+
+class GraspExplanation:
+    """
+    What the decision value f of a grasp's patch in the left view rests on. Made by explain_grasp.
+
+    An effect is by how much f falls when something is taken away: it speaks for a grasping point if positive.
+    """
+
+    def __repr__(self) -> str: ...
+    def draw(
+        self, *, training_views: collections.abc.Sequence[LabelledView] | None = ...
+    ) -> numpy.typing.NDArray[numpy.uint8]:
+        """
+        One picture of it: uint8 RGB (H, W, 3).
+
+        The view with its contour samples, blue where they speak for a grasping point, orange against; the patch and its
+        windows; the bins of each window as seen in the image; the nearest training images by name.
+        training_views: of the data set that the model was trained on; the nearest images are then drawn. Raises
+        InvalidInput if one of them is missing.
+        """
+
+    def to_dict(self) -> dict[str, typing.Any]:
+        """
+        The same as a dict of plain Python values.
+        """
+
+    def to_json(self, indent: typing.SupportsInt | typing.SupportsIndex | None = ...) -> str:
+        """
+        The explanation as JSON, schema 1 (docs/explain.md). indent < 0: one line.
+        """
+
+    @property
+    def bin_effects(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (3, 1 or 2, angular_bins, radial_bins) float64: of each bin of each window, put to its training mean; of all points, and with outline_px of the outline alone.
+        """
+
+    @property
+    def centre_px(self) -> tuple[float, float]:
+        """
+        The patch's centre (u, v) in the view.
+        """
+
+    @property
+    def contour(self) -> Contour:
+        """
+        Of the view.
+        """
+
+    @property
+    def decision_value(self) -> float:
+        """
+        f of the patch.
+        """
+
+    @property
+    def grasp(self) -> GraspConfiguration:
+        """
+        The grasp explained.
+        """
+
+    @property
+    def graspable(self) -> list[NearImage]:
+        """
+        Training images whose graspable patches are like this one, the most similar first; empty if the model does not know its images.
+        """
+
+    @property
+    def not_graspable(self) -> list[NearImage]:
+        """
+        The same for patches that are not graspable.
+        """
+
+    @property
+    def object_id(self) -> int:
+        """
+        DetectedObject.id.
+        """
+
+    @property
+    def other_effect(self) -> float | None:
+        """
+        Of all features behind the shape context, put to their means; None if there are none.
+        """
+
+    @property
+    def point_effects(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (N,) float64: of each contour sample, left out.
+        """
+
+    @property
+    def probability(self) -> float:
+        """
+        P(g = 1 | D) of the patch in the left view.
+        """
+
+    @property
+    def ring_radii_px(self) -> list[float]:
+        """
+        Outer radius of each ring of the bins, in the view.
+        """
+
+    @property
+    def view(self) -> FovealView:
+        """
+        The left foveal view.
+        """
 
 def augment_views(
     views: collections.abc.Sequence[LabelledView], *, degraded_masks: int = ..., seed: int = ...
@@ -1342,6 +1515,24 @@ def expected_calibration_error(
     Expected calibration error over equal-width bins of the probability.
     """
 
+def explain_grasp(
+    detection: Detection,
+    model: GraspModel,
+    *,
+    object_id: int | None = ...,
+    rank: int = ...,
+    max_images: int = ...,
+) -> GraspExplanation:
+    """
+    Why there is a grasp: what its patch in the left view rests on.
+
+    model: the one that the detection was made with. object_id: DetectedObject.id; by default the first object. rank:
+    of its grasps, from 1. max_images: nearest training images of each label.
+    Each contour sample is left out exactly, from the windows that hold it and from the histograms of all others; only
+    the mean pairwise distance stays. Each bin is put to its training mean; one by one, so the effects do not add up to f.
+    Raises InvalidInput if there is no such grasp, or the model is another.
+    """
+
 def find_grasp_points(
     patches: PatchDescriptors,
     probabilities: numpy.typing.NDArray[numpy.float64],
@@ -1371,6 +1562,11 @@ def foveal_view(
     object_px: longer side of the object in the view. Raises InvalidInput for an empty mask or another size.
     """
 
+def image_names(views: collections.abc.Sequence[LabelledView]) -> dict[int, str]:
+    """
+    The name of each group's image, for train_model(image_names=...): LabelledView.image_name, or 'image N' with the group's number where that is empty or may not stand in a model's file.
+    """
+
 def load_dataset(
     path: os.PathLike | str | bytes,
     *,
@@ -1379,9 +1575,10 @@ def load_dataset(
     format: str = ...,
     object_labels: collections.abc.Sequence[str] = ...,
     grasp_labels: collections.abc.Sequence[str] = ...,
+    images: collections.abc.Sequence[str] = ...,
 ) -> list[LabelledView]:
     """
-    The labelled views of a data set (docs/dataset-format.md). classes: only these; empty for all. views: 'left' or 'both'. format: 'graspctx', 'saxena', 'labelme' or 'coco'. object_labels, grasp_labels: what labelme and COCO call them. Raises InvalidInput naming the file.
+    The labelled views of a data set (docs/dataset-format.md). classes: only these; empty for all. views: 'left' or 'both'. format: 'graspctx', 'saxena', 'labelme' or 'coco'. object_labels, grasp_labels: what labelme and COCO call them. images: only these, by LabelledView.image_name; empty for all. Raises InvalidInput naming the file.
     """
 
 def load_model(name_or_path: os.PathLike | str | bytes) -> GraspModel:
@@ -1558,6 +1755,7 @@ def train_model(
     classes: collections.abc.Sequence[str] = ...,
     provenance: collections.abc.Mapping[str, str] = ...,
     descriptor: dict[str, typing.Any] = ...,
+    image_names: collections.abc.Mapping[int, str] = ...,
     progress: collections.abc.Callable[[float, str], None] | None = ...,
     svm_c: collections.abc.Sequence[float] = ...,
     gamma_times_dimension: collections.abc.Sequence[float] = ...,
@@ -1574,6 +1772,7 @@ def train_model(
     features: float32 (M, D). labels: integers (M,), 0 or 1. groups: integers (M,), the image of each row.
     name, classes, provenance: stored with the model. descriptor: the options of describe_view that the features
     were made with, where they differ from the defaults.
+    image_names: of the groups; with them the model keeps its training_images, which explain_grasp names.
     progress: called with the share done and what is being done; what it raises ends the training.
     gamma_times_dimension: γ = value / D. The search is over all pairs of it and svm_c.
     Raises InvalidInput for sizes that differ, other labels, a single class, fewer groups than folds, or features

@@ -33,6 +33,7 @@ void bind_grasp(py::module_& m);
 void bind_detector(py::module_& m);
 void bind_dataset(py::module_& m);
 void bind_evaluation(py::module_& m);
+void bind_explanation(py::module_& m);
 
 /// Run something long while other Python threads go on.
 template <typename Function>

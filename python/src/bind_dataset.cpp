@@ -45,28 +45,31 @@ DatasetOptions dataset_options(const std::string& format, std::vector<std::strin
 void bind_dataset(py::module_& m) {
   const LabelledView view_defaults;
   py::class_<LabelledView> view(m, "LabelledView", "One labelled view of one object.");
-  define_init(view,
-              "(self: LabelledView, image: " + image_type + ", mask: " + mask_type + ", label: " + mask_type +
-                  ", *, class_name: str = '', group: int = 0, source: str = '') -> None",
-              "image: uint8, RGB or grey. mask, label: uint8 or bool (H, W), > 0 = object, grasp region.",
-              py::init([](const py::object& image, const py::object& mask, const py::object& label,
-                          std::string class_name, int group, std::string source) {
-                LabelledView result;
-                result.source = std::move(source);
-                result.class_name = std::move(class_name);
-                result.group = group;
-                result.image = image_argument(image, "image");
-                result.mask = mask_argument(mask, "mask");
-                result.label = mask_argument(label, "label");
-                for (cv::Mat* matrix : {&result.image, &result.mask, &result.label}) own(*matrix);
-                return result;
-              }),
-              py::arg("image"), py::arg("mask"), py::arg("label"), py::kw_only(),
-              py::arg("class_name") = view_defaults.class_name, py::arg("group") = view_defaults.group,
-              py::arg("source") = view_defaults.source);
+  define_init(
+      view,
+      "(self: LabelledView, image: " + image_type + ", mask: " + mask_type + ", label: " + mask_type +
+          ", *, class_name: str = '', group: int = 0, source: str = '', image_name: str = '') -> None",
+      "image: uint8, RGB or grey. mask, label: uint8 or bool (H, W), > 0 = object, grasp region.",
+      py::init([](const py::object& image, const py::object& mask, const py::object& label,
+                  std::string class_name, int group, std::string source, std::string image_name) {
+        LabelledView result;
+        result.source = std::move(source);
+        result.class_name = std::move(class_name);
+        result.group = group;
+        result.image_name = std::move(image_name);
+        result.image = image_argument(image, "image");
+        result.mask = mask_argument(mask, "mask");
+        result.label = mask_argument(label, "label");
+        for (cv::Mat* matrix : {&result.image, &result.mask, &result.label}) own(*matrix);
+        return result;
+      }),
+      py::arg("image"), py::arg("mask"), py::arg("label"), py::kw_only(),
+      py::arg("class_name") = view_defaults.class_name, py::arg("group") = view_defaults.group,
+      py::arg("source") = view_defaults.source, py::arg("image_name") = view_defaults.image_name);
   view.def_readonly("source", &LabelledView::source, "File or scene it comes from.");
   view.def_readonly("class_name", &LabelledView::class_name, "Object family.");
   view.def_readonly("group", &LabelledView::group, "The two views of one scene share a group.");
+  view.def_readonly("image_name", &LabelledView::image_name, "Of the image or scene, within its data set.");
   view.def_property_readonly(
       "image", [](const LabelledView& self) { return image_result(self.image); }, "uint8, RGB or grey.");
   def_array<std::uint8_t>(view, "mask", &LabelledView::mask, "(H, W) uint8, > 0 = the object.");
@@ -89,19 +92,20 @@ void bind_dataset(py::module_& m) {
       "load_dataset",
       [](const std::filesystem::path& path, const std::vector<std::string>& classes, const std::string& views,
          const std::string& format, const std::vector<std::string>& object_labels,
-         const std::vector<std::string>& grasp_labels) {
+         const std::vector<std::string>& grasp_labels, const std::vector<std::string>& images) {
         DatasetOptions options = dataset_options(format, classes, object_labels, grasp_labels);
+        options.images = images;
         options.views = which_views(views);
         return without_gil([&] { return load_dataset(path, options); });
       },
       py::arg("path"), py::kw_only(), py::arg("classes") = std::vector<std::string>(),
       py::arg("views") = "both", py::arg("format") = "detect",
       py::arg("object_labels") = std::vector<std::string>(),
-      py::arg("grasp_labels") = std::vector<std::string>(),
+      py::arg("grasp_labels") = std::vector<std::string>(), py::arg("images") = std::vector<std::string>(),
       "The labelled views of a data set (docs/dataset-format.md). classes: only these; empty for all. views: "
       "'left' or 'both'. format: 'graspctx', 'saxena', 'labelme' or 'coco'. object_labels, grasp_labels: "
-      "what "
-      "labelme and COCO call them. Raises InvalidInput naming the file.");
+      "what labelme and COCO call them. images: only these, by LabelledView.image_name; empty for all. "
+      "Raises InvalidInput naming the file.");
   m.def(
       "check_dataset",
       [](const std::filesystem::path& path, const std::string& format,
@@ -114,6 +118,11 @@ void bind_dataset(py::module_& m) {
       py::arg("grasp_labels") = std::vector<std::string>(),
       "The problems of a data set, one line each, the first 200; empty if it is sound. Options as for "
       "load_dataset.");
+
+  m.def("image_names", &image_names, py::arg("views"),
+        "The name of each group's image, for train_model(image_names=...): LabelledView.image_name, or "
+        "'image N' "
+        "with the group's number where that is empty or may not stand in a model's file.");
 
   DescriptorOptions descriptor;
   AugmentOptions augment;

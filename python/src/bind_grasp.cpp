@@ -13,6 +13,8 @@ void bind_grasp(py::module_& m) {
 Hand frame: z = approach (palm towards the object), x = closing (from thumb to fingers), y = z × x; origin at the
 grasp point, between the pads.)");
   grasp.def_readonly("rank", &GraspConfiguration::rank, "From 1, in its object.");
+  grasp.def_readonly("patch", &GraspConfiguration::patch,
+                     "Of the left foveal view: its row in ObjectIntermediates.patches.");
   grasp.def_readonly("probability", &GraspConfiguration::probability, "Eq. 1: left · right.");
   grasp.def_readonly("probability_left", &GraspConfiguration::probability_left);
   grasp.def_readonly("probability_right", &GraspConfiguration::probability_right);

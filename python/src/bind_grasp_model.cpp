@@ -47,9 +47,11 @@ void def_model_value(Class& class_, const char* name, Value GraspModel::*member,
 LoadedModel train(const py::object& features, const py::object& labels, const py::object& groups,
                   const std::string& name, std::vector<std::string> classes,
                   const std::map<std::string, std::string>& provenance, const py::dict& descriptor,
-                  const std::optional<py::function>& progress, const py::kwargs& arguments) {
+                  const std::map<int, std::string>& image_names, const std::optional<py::function>& progress,
+                  const py::kwargs& arguments) {
   TrainOptions options;
   read_keywords("train_model", arguments, keywords(options));
+  options.image_names = image_names;
   DescriptorOptions descriptor_options;
   read_keywords("train_model(descriptor=...)", descriptor, keywords(descriptor_options));
   const FeatureRows rows(features, "features");
@@ -106,6 +108,11 @@ Made by load_model or train_model.)");
                          "(S, D) float32, standardised.");
   def_model_array<double>(model, "coefficients", &GraspModel::coefficients,
                           "(S,) float64 y_i · α_i, positive class first.");
+  def_model_value(
+      model, "training_images", &GraspModel::training_images,
+      "Names within the data set of the images that support vectors come from; empty if unknown.");
+  def_model_array<int>(model, "support_images", &GraspModel::support_images,
+                       "(S,) int32 indices of training_images; empty if unknown.");
   def_model_value(model, "svm_c", &GraspModel::svm_c, "C of the SVM.");
   def_model_value(model, "gamma", &GraspModel::gamma, "Of the RBF kernel.");
   def_model_value(model, "rho", &GraspModel::rho, "Bias of the decision value.");
@@ -183,7 +190,8 @@ Made by load_model or train_model.)");
       signature(
           "features: " + float32_type + ", labels: " + integer_type + ", groups: " + integer_type +
               ", *, name: str = '', classes: collections.abc.Sequence[str] = (), provenance: "
-              "collections.abc.Mapping[str, str] = {}, descriptor: dict[str, typing.Any] = {}, progress: "
+              "collections.abc.Mapping[str, str] = {}, descriptor: dict[str, typing.Any] = {}, image_names: "
+              "collections.abc.Mapping[int, str] = {}, progress: "
               "collections.abc.Callable[[float, str], None] | None = None",
           keywords(defaults), "GraspModel"),
       R"(Train a model (III-C): C and γ by cross-validation grouped by image, the sigmoid on held-out images.
@@ -191,6 +199,7 @@ Made by load_model or train_model.)");
 features: float32 (M, D). labels: integers (M,), 0 or 1. groups: integers (M,), the image of each row.
 name, classes, provenance: stored with the model. descriptor: the options of describe_view that the features
 were made with, where they differ from the defaults.
+image_names: of the groups; with them the model keeps its training_images, which explain_grasp names.
 progress: called with the share done and what is being done; what it raises ends the training.
 gamma_times_dimension: γ = value / D. The search is over all pairs of it and svm_c.
 Raises InvalidInput for sizes that differ, other labels, a single class, fewer groups than folds, or features
@@ -198,7 +207,7 @@ that are not finite.)",
       &train, py::arg("features"), py::arg("labels"), py::arg("groups"), py::kw_only(),
       py::arg("name") = GraspModel{}.name, py::arg("classes") = GraspModel{}.classes,
       py::arg("provenance") = GraspModel{}.provenance, py::arg("descriptor") = py::dict(),
-      py::arg("progress") = py::none());
+      py::arg("image_names") = TrainOptions{}.image_names, py::arg("progress") = py::none());
 }
 
 }  // namespace graspctx::python

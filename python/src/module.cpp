@@ -47,4 +47,5 @@ PYBIND11_MODULE(_core, m) {
   bind_detector(m);
   bind_dataset(m);
   bind_evaluation(m);
+  bind_explanation(m);
 }

@@ -316,6 +316,10 @@ Keywords keywords(PictureOptions& options) {
   return own;
 }
 
+Keywords keywords(ExplanationOptions& options) {
+  return {{"max_images", &options.max_images}};
+}
+
 void read_keywords(const std::string& function, const py::dict& arguments, const Keywords& keywords) {
   for (const auto& [key, value] : arguments) {
     const std::string name = py::str(key);

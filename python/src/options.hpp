@@ -12,6 +12,7 @@
 
 #include "graspctx/dataset.hpp"
 #include "graspctx/detector.hpp"
+#include "graspctx/explanation.hpp"
 #include "graspctx/io/picture.hpp"
 
 /// Options as keyword arguments. The names are listed once, here; the defaults are those of the C++ structs.
@@ -43,6 +44,7 @@ Keywords keywords(StereoMatchOptions& options);
 Keywords keywords(HandOptions& options);
 Keywords keywords(DetectorOptions& options);
 Keywords keywords(PictureOptions& options);
+Keywords keywords(ExplanationOptions& options);
 
 /// The keywords of several structs that one function takes.
 template <typename... Options>

@@ -186,6 +186,12 @@ TEST(Annotations, ImagesAreGroups) {
   const std::vector<LabelledView> views = folder.load();
   ASSERT_EQ(views.size(), 2u);
   EXPECT_NE(views[0].group, views[1].group);
+  EXPECT_EQ(views[0].image_name, "photo.png");
+  DatasetOptions options = labels();
+  options.images = {"photo.png"};
+  EXPECT_EQ(folder.load(options).size(), 2u);
+  options.images = {"other.png"};
+  EXPECT_TRUE(holds(folder.refusal(options), "expected other.png"));
 }
 
 TEST(Annotations, LabelsMustBeGivenAndBeThere) {
@@ -382,6 +388,11 @@ TEST(Coco, FindsItsImages) {
     const CocoFolder folder(coco(), file, image);
     EXPECT_EQ(detect_dataset_format(folder / path), DatasetFormat::coco) << file;
     EXPECT_EQ(load_dataset(folder / path, labels()).size(), 1u) << file << " " << image;
+    DatasetOptions options = labels();
+    options.images = {"photo.png"};
+    EXPECT_EQ(load_dataset(folder / path, options).at(0).image_name, "photo.png");
+    options.images = {"other.png"};
+    EXPECT_THROW(load_dataset(folder / path, options), InvalidInput);
   }
 }
 

@@ -91,6 +91,27 @@ TEST(DatasetFiles, KeepsToTheClassesAndViewsAskedFor) {
   EXPECT_NE(message.find("mug, pencil"), std::string::npos) << message;
 }
 
+DatasetOptions of_images(std::vector<std::string> images) {
+  DatasetOptions options;
+  options.images = std::move(images);
+  return options;
+}
+
+TEST(DatasetFiles, ImagesAreNamedWithinTheDataSetAndTakenByName) {
+  const TemporaryFolder folder;
+  make_dataset(folder);
+  for (const LabelledView& view : load_dataset(folder.path())) {
+    EXPECT_EQ(view.image_name, "scene_00000" + std::to_string(view.group));
+  }
+  write_image(folder / "scene_000000/left_mask.png", cv::Mat::zeros(1, 1, CV_8UC1));  // is not even looked at
+  const std::vector<LabelledView> views = load_dataset(folder.path(), of_images({"scene_000001", "scene_9"}));
+  EXPECT_EQ(views.size(), 3u);
+  EXPECT_EQ(views.front().group, 1);
+  const std::string message =
+      message_of<InvalidInput>([&] { load_dataset(folder.path(), of_images({"scene_9"})); });
+  EXPECT_NE(message.find("none of the images asked for, expected scene_9"), std::string::npos) << message;
+}
+
 TEST(DatasetFiles, IgnoresAScenesStillBeingWritten) {
   const TemporaryFolder folder;
   make_dataset(folder);
@@ -216,6 +237,9 @@ TEST(DatasetFiles, ReadsSaxenasLayout) {
   EXPECT_LE(cv::countNonZero(views[0].mask != truth.mask), 0.005 * cv::countNonZero(truth.mask));
   EXPECT_LE(cv::countNonZero(views[0].label != truth.handle), 0.02 * cv::countNonZero(truth.handle));
   EXPECT_TRUE(check_dataset(folder.path()).problems.empty());
+  EXPECT_EQ(views[0].image_name, "0001.png");
+  EXPECT_EQ(load_dataset(folder.path(), of_images({"0002.png"})).size(), 1u);
+  EXPECT_THROW(load_dataset(folder.path(), of_images({"0003.png"})), InvalidInput);
 
   fs::remove(folder / "grasp/graspPriorityWidth_0002.png");
   const std::string message = message_of<InvalidInput>([&] { load_dataset(folder.path()); });

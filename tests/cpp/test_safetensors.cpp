@@ -276,7 +276,7 @@ const std::vector<Hostile>& hostile_files() {
        "lacks its dtype"},
       {"tensor is a list", [](File& f) { f.header = "{\"mean\": [1]}"; }, "a list"},
       {"tensor is a number", [](File& f) { f.header = "{\"mean\": 1}"; }, "a number"},
-      {"dtype unknown", entry("mean", "dtype", "\"I32\""), "'I32': expected F32 or F64"},
+      {"dtype unknown", entry("mean", "dtype", "\"I16\""), "'I16': expected F64, F32"},
       {"dtype a number", entry("mean", "dtype", "4"), "a number"},
       {"shape negative", entry("mean", "shape", "[-3]"), "negative"},
       {"shape fractional", entry("mean", "shape", "[3.0]"), "fractional"},

@@ -11,7 +11,10 @@ from conftest import REPOSITORY, write_drawn_dataset
 
 Image = pytest.importorskip("PIL.Image")
 
-SUBCOMMANDS = ["detect", "train", "evaluate", "segment", "describe", "models", "info", "export", "check"]
+SUBCOMMANDS = [
+    *["detect", "explain", "train", "evaluate", "segment", "describe"],
+    *["models", "info", "export", "check"],
+]
 
 
 def succeed(result):
@@ -534,7 +537,7 @@ def read_safetensors(file):
     data = file.read_bytes()
     (size,) = struct.unpack_from("<Q", data)
     header = json.loads(data[8 : 8 + size])
-    types = {"F32": "<f4", "F64": "<f8", "I32": "<i4", "I64": "<i8"}
+    types = {"F32": "<f4", "F64": "<f8", "I32": "<i4", "U8": "u1"}
     tensors = {}
     for name, entry in header.items():
         if name != "__metadata__":

@@ -154,6 +154,7 @@ def test_unknown_options_are_refused(pair, camera, model, mask, detection):
         "find_grasp_points": lambda **o: gc.find_grasp_points(gc.describe_view(view), np.zeros(1), **o),
         "detect_grasps": lambda **o: gc.detect_grasps(*pair, camera, model, **o),
         "draw_detection": lambda **o: gc.draw_detection(detection, **o),
+        "explain_grasp": lambda **o: gc.explain_grasp(detection, model, **o),
         "draw": lambda **o: detection.draw(**o),
         "describe_labelled_view": lambda **o: gc.describe_labelled_view(
             gc.LabelledView(pair[0], mask, mask), **o

@@ -1,4 +1,4 @@
-"""Every command and every example of the README and of docs/segmentation.md runs, in their order."""
+"""Every command and every example of the README and the documents below runs, in their order."""
 
 import os
 import re
@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"(<!-- test: skip.*-->\n)?^```(sh|python)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
-DOCUMENTS = ("README.md", "docs/segmentation.md")
+DOCUMENTS = ("README.md", "docs/segmentation.md", "docs/explain.md")
 
 
 def blocks():

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <opencv2/core.hpp>
 #include <string>
 #include <vector>
@@ -12,13 +13,18 @@ namespace graspctx {
 
 /// One labelled view of one object.
 struct LabelledView {
-  std::string source;      // file or scene it comes from, for messages
-  std::string class_name;  // object family
-  int group = 0;           // the two views of one scene share a group; folds never part a group
-  cv::Mat image;           // CV_8UC3 or CV_8UC1
-  cv::Mat mask;            // CV_8UC1, > 0 = the object
-  cv::Mat label;           // CV_8UC1, > 0 = grasp region
+  std::string source;           // file or scene it comes from, for messages
+  std::string class_name;       // object family
+  int group = 0;                // the two views of one scene share a group; folds never part a group
+  cv::Mat image;                // CV_8UC3 or CV_8UC1
+  cv::Mat mask;                 // CV_8UC1, > 0 = the object
+  cv::Mat label;                // CV_8UC1, > 0 = grasp region
+  std::string image_name = {};  // of the image or scene, within its data set; one for each group
 };
+
+/// The name of each group's image, for TrainOptions::image_names: LabelledView::image_name, or "image N" with
+/// the group's number where that is empty or may not stand in a model's file (no printable UTF-8, say).
+GRASPCTX_EXPORT std::map<int, std::string> image_names(const std::vector<LabelledView>& views);
 
 /// The patches of a labelled view. A patch is positive if it overlaps the labelled region (III-C).
 struct LabelledPatches {

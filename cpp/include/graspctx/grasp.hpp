@@ -34,7 +34,8 @@ GRASPCTX_EXPORT const char* name_of(ApproachRule rule);
 /// A full grasp configuration in the camera frame. Hand frame: z = approach (palm towards the object),
 /// x = closing (from thumb to fingers), y = z × x; origin at the grasp point, between the pads.
 struct GraspConfiguration {
-  int rank = 0;                                                         // from 1, in its object
+  int rank = 0;    // from 1, in its object
+  int patch = -1;  // of the left foveal view: its row in the object's PatchDescriptors
   double probability = 0, probability_left = 0, probability_right = 0;  // Eq. 1: P = P_left · P_right
   Eigen::Vector2d left_px{0, 0}, right_px{0, 0};
   Eigen::Vector3d position_m{0, 0, 0}, position_stddev_m{0, 0, 0};

@@ -28,6 +28,10 @@ struct GRASPCTX_EXPORT GraspModel {
   double rho = 0;
   double sigmoid_a = 0, sigmoid_b = 0;
 
+  // Which image each support vector comes from, for explanations; both empty in a model that does not know.
+  std::vector<std::string> training_images;  // names relative to the data set
+  std::vector<int> support_images;           // (S) indices of training_images
+
   /// Throws InvalidInput unless sizes agree and all numbers are finite and in range.
   void check() const;
   /// f(x) of each row (M, D) of unstandardised features.
@@ -53,6 +57,7 @@ struct GRASPCTX_EXPORT TrainOptions {
   int max_rows = 24000;        // of all images together: fewer of each where there are many, 1 and 2 at least
   int max_search_rows = 4000;  // whole groups, for the search over C and γ
   std::uint32_t seed = 1;
+  std::map<int, std::string> image_names;  // of the groups; with them the model keeps its training_images
   std::function<void(double share, const std::string& what)> progress;  // may be empty
   void check() const;
 };
@@ -61,7 +66,7 @@ struct GRASPCTX_EXPORT TrainOptions {
 /// C and γ by cross-validation grouped by image, the sigmoid on grouped held-out folds with all their
 /// patches. The descriptor options, name, classes and provenance are the caller's to fill in; provenance
 /// holds the training's own entries. Throws InvalidInput for sizes that differ, labels other than 0 and 1, a
-/// single class, fewer groups than folds, or non-finite features.
+/// single class, fewer groups than folds, non-finite features, or image names that lack a group.
 GRASPCTX_EXPORT GraspModel train_model(const Eigen::Ref<const FeatureMatrix>& features,
                                        const std::vector<int>& labels, const std::vector<int>& groups,
                                        const TrainOptions& options = {});

@@ -53,6 +53,14 @@ bool is_wanted(const std::string& class_name, const DatasetOptions& options) {
   return options.classes.empty() || is_among(class_name, options.classes);
 }
 
+bool is_image_wanted(const std::string& image_name, const DatasetOptions& options) {
+  return options.images.empty() || is_among(image_name, options.images);
+}
+
+std::string no_image_wanted(const DatasetOptions& options) {
+  return "holds none of the images asked for, expected " + joined(options.images, 3);
+}
+
 fs::path path_inside(const fs::path& folder, const std::string& name, const fs::path& annotation) {
   std::string portable = name;
   std::replace(portable.begin(), portable.end(), '\\', '/');  // annotated on Windows

@@ -44,6 +44,10 @@ void require_size(const std::filesystem::path& file, const cv::Mat& image, const
 bool is_among(const std::string& word, const std::vector<std::string>& words);
 /// No classes asked for: all of them.
 bool is_wanted(const std::string& class_name, const DatasetOptions& options);
+/// No images asked for: all of them.
+bool is_image_wanted(const std::string& image_name, const DatasetOptions& options);
+/// What is wrong with a data set that has none of the images asked for.
+std::string no_image_wanted(const DatasetOptions& options);
 /// The file that an annotation names, for which only a relative path inside of the folder will do: a data set
 /// that was sent to you has no business elsewhere on your disk. Throws InvalidInput naming `annotation`.
 std::filesystem::path path_inside(const std::filesystem::path& folder, const std::string& name,

@@ -34,7 +34,8 @@ std::string shown(const std::string& text) {
 /// Bytes of one number, or 0 for a type that is not supported.
 std::uint64_t bytes_of(const std::string& dtype) {
   if (dtype == "F64") return 8;
-  if (dtype == "F32") return 4;
+  if (dtype == "F32" || dtype == "I32") return 4;
+  if (dtype == "U8") return 1;
   return 0;
 }
 
@@ -219,7 +220,7 @@ Safetensors read_safetensors(const std::uint8_t* bytes, std::size_t size) {
     }
     const std::uint64_t number_bytes = bytes_of(*entry.dtype);
     if (number_bytes == 0) {
-      fail("tensor " + shown(name) + " is of type " + shown(*entry.dtype) + ": expected F32 or F64");
+      fail("tensor " + shown(name) + " is of type " + shown(*entry.dtype) + ": expected F64, F32, I32 or U8");
     }
     if (entry.data_offsets->size() != 2) fail("tensor " + shown(name) + " needs two data_offsets");
     const std::uint64_t begin = (*entry.data_offsets)[0], end = (*entry.data_offsets)[1];

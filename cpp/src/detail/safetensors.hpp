@@ -8,7 +8,7 @@ namespace graspctx::detail {
 
 /// A tensor of a safetensors file: its type, its shape and its raw little-endian numbers.
 struct Tensor {
-  std::string dtype;                 // "F32" or "F64"
+  std::string dtype;                 // "F64", "F32", "I32" or "U8"
   std::vector<std::uint64_t> shape;  // row-major
   std::vector<std::uint8_t> bytes;
 };
@@ -21,7 +21,8 @@ struct Safetensors {
   std::map<std::string, Tensor> tensors;
 };
 
-/// The same bytes for the same content: F64 before F32, then by name, so that every tensor is aligned.
+/// The same bytes for the same content: the widest numbers first, then by name, so that every tensor is
+/// aligned.
 std::vector<std::uint8_t> write_safetensors(const Safetensors& content);
 
 /// Throws InvalidInput naming what is wrong. Nothing is trusted: the header's length and depth, duplicate

@@ -28,6 +28,7 @@ struct DatasetOptions {
   DatasetFormat format = DatasetFormat::detect;
   std::vector<std::string> classes;         // take these objects only; empty: all
   DatasetViews views = DatasetViews::both;  // of a stereo pair; the other layouts hold single images
+  std::vector<std::string> images;          // take these only, by LabelledView::image_name; empty: all
   // labelme and COCO: what the annotations call objects and grasp regions. An object's class is its label.
   std::vector<std::string> object_labels, grasp_labels;
 };

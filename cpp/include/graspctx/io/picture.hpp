@@ -3,6 +3,7 @@
 #include <opencv2/core.hpp>
 
 #include "graspctx/detector.hpp"
+#include "graspctx/explanation.hpp"
 #include "graspctx/export.hpp"
 #include "graspctx/segmentation.hpp"
 #include "graspctx/stereo.hpp"
@@ -25,6 +26,12 @@ struct GRASPCTX_EXPORT PictureOptions {
 /// detection holds no image or an option is out of range.
 GRASPCTX_EXPORT cv::Mat draw_detection(const Detection& detection, const StereoCamera& camera,
                                        const PictureOptions& options = {});
+
+/// One picture that explains a grasp: the object's foveal view with the contour samples coloured by their
+/// effect (blue speaks for a grasping point, orange against), the patch and its three windows; beside it the
+/// log-polar bins of each window, as seen in the image; below, the nearest training images, drawn where
+/// NearImage::patch is there and named otherwise. CV_8UC3 BGR.
+GRASPCTX_EXPORT cv::Mat draw_explanation(const GraspExplanation& explanation);
 
 /// One picture that explains how a scene was segmented (III-A, Fig. 2), in eight panels: the hypotheses of
 /// the level that options.cues names, the disparity, a grid on the table plane, the heights above it, the

@@ -1,0 +1,31 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+
+#include "common.hpp"
+#include "graspctx/detector.hpp"
+#include "graspctx/io/model_file.hpp"
+
+namespace graspctx::cli {
+
+/// What every command takes that detects grasps: LEFT RIGHT --calibration FILE [FILE] [--rectified]
+/// [--model NAME|FILE] [--mask FILE] [--threads N], and what the segmentation takes.
+struct DetectionArguments {
+  PairArguments pair;
+  SegmentationArguments segmentation;
+  std::string model = "familiar";
+  std::string mask;
+  int threads = 1;
+};
+void add_detection_arguments(CLI::App& command, DetectionArguments& arguments);
+
+struct DetectionRun {
+  LoadedPair pair;
+  LoadedModel model;
+  Detection detection;
+};
+/// Throws InvalidInput naming the file.
+DetectionRun run_detection(const DetectionArguments& arguments, std::optional<int> max_grasps = {});
+
+}  // namespace graspctx::cli
