@@ -144,6 +144,10 @@ class MetadataReader {
 /// An entry that only those models have that count the outline a second time.
 constexpr const char* outline_entry = "descriptor.shape_context.outline_px";
 
+/// Tensors of those models that tell what is familiar.
+constexpr const char* views_tensor = "familiarity.views";
+constexpr const char* distances_tensor = "familiarity.held_out_distances";
+
 /// Every number outside the tensors, by name: written and read by the same list.
 template <typename Model, typename Visit>
 void visit_numbers(Model& model, const Visit& visit) {
@@ -214,6 +218,12 @@ void GraspModel::check() const {
   require(descriptor.dimension() == mean.size(), "its descriptor has " +
                                                      std::to_string(descriptor.dimension()) +
                                                      " dimensions, its mean " + std::to_string(mean.size()));
+  if (familiarity) {
+    familiarity->check();
+    require(familiarity->views.cols() == mean.size(), "its mean has " + std::to_string(mean.size()) +
+                                                          " features, its training views " +
+                                                          std::to_string(familiarity->views.cols()));
+  }
   require(printable(name), "its name must not hold control characters");
   for (const std::string& class_name : classes) {
     require(!class_name.empty() && printable(class_name),
@@ -275,6 +285,11 @@ std::vector<std::uint8_t> GraspModel::to_safetensors() const {
   file.tensors["scale"] = tensor_of(scale, {dimension});
   file.tensors["support_vectors"] = tensor_of(support_vectors, {vectors, dimension});
   file.tensors["coefficients"] = tensor_of(coefficients, {vectors});
+  if (familiarity) {
+    const std::uint64_t views = familiarity->views.rows();
+    file.tensors[views_tensor] = tensor_of(familiarity->views, {views, dimension});
+    file.tensors[distances_tensor] = tensor_of(familiarity->held_out_distances, {views});
+  }
   return detail::write_safetensors(file);
 }
 
@@ -310,9 +325,26 @@ GraspModel GraspModel::from_safetensors(const std::uint8_t* bytes, std::size_t s
   model.scale = matrix_of<Eigen::VectorXf>(file, "scale");
   model.support_vectors = matrix_of<FeatureMatrix>(file, "support_vectors");
   model.coefficients = matrix_of<Eigen::VectorXd>(file, "coefficients");
+  // Files of before that, and models without it, have neither.
+  if (file.tensors.count(views_tensor) + file.tensors.count(distances_tensor) > 0) {
+    model.familiarity.emplace();
+    model.familiarity->views = matrix_of<FeatureMatrix>(file, views_tensor);
+    model.familiarity->held_out_distances = matrix_of<Eigen::VectorXd>(file, distances_tensor);
+  }
   if (!file.tensors.empty()) throw InvalidInput("model file: it holds an unknown tensor");
   model.check();
   return model;
+}
+
+bool same_descriptor(const GraspModel& a, const GraspModel& b) {
+  const auto text = [](const GraspModel& model) {
+    std::string entries;
+    visit_numbers(model, [&](const std::string& key, const auto& value) {
+      if (key.rfind("descriptor.", 0) == 0) entries += key + "=" + text_of(value) + "\n";
+    });
+    return entries;
+  };
+  return text(a) == text(b);
 }
 
 std::string GraspModel::to_libsvm() const {

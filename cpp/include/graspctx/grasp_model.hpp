@@ -3,10 +3,12 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "graspctx/export.hpp"
+#include "graspctx/familiarity.hpp"
 #include "graspctx/patch_descriptor.hpp"
 
 namespace graspctx {
@@ -28,6 +30,8 @@ struct GRASPCTX_EXPORT GraspModel {
   double rho = 0;
   double sigmoid_a = 0, sigmoid_b = 0;
 
+  std::optional<Familiarity> familiarity;  // what objects it was taught; models need not have it
+
   /// Throws InvalidInput unless sizes agree and all numbers are finite and in range.
   void check() const;
   /// f(x) of each row (M, D) of unstandardised features.
@@ -43,6 +47,9 @@ struct GRASPCTX_EXPORT GraspModel {
   std::string to_libsvm() const;
   std::string libsvm_range() const;
 };
+
+/// Whether two models describe a view alike, so that it need be described only once.
+GRASPCTX_EXPORT bool same_descriptor(const GraspModel& a, const GraspModel& b);
 
 struct GRASPCTX_EXPORT TrainOptions {
   std::vector<double> svm_c{1, 3, 10};
