@@ -16,9 +16,10 @@ namespace {
 struct DetectArguments {
   PairArguments pair;
   SegmentationArguments segmentation;
-  std::string model = "familiar";
+  std::vector<std::string> models{"familiar"};
   std::string mask, json, picture;
   std::optional<int> max_grasps;
+  std::optional<double> min_familiarity;
   int threads = 1;
 };
 
@@ -29,6 +30,11 @@ std::string detection_table(const Detection& detection) {
   for (const DetectedObject& object : detection.objects) {
     text += (text.empty() ? "" : "\n") + std::string("object ") + std::to_string(object.id) + " at (" +
             fixed(object.centroid_px.x(), 0) + ", " + fixed(object.centroid_px.y(), 0) + ") px: ";
+    if (object.familiarity) {
+      text += object.unfamiliar ? "unfamiliar, most like what model " : "model ";
+      text += object.model_name + (object.unfamiliar ? " was taught" : "") + ", familiarity " +
+              fixed(*object.familiarity, 3) + ", ";
+    }
     if (object.grasps.empty()) {
       text += "no grasp found\n";
       continue;
@@ -53,20 +59,28 @@ void detect(const DetectArguments& arguments) {
   const LoadedPair pair = load_pair(arguments.pair);
   cv::Mat mask;
   if (!arguments.mask.empty()) mask = load_mask_for(arguments.mask, pair.left.size());
-  const LoadedModel loaded = load_model(arguments.model);
+  std::vector<GraspModel> models;
+  std::string names, hashes;
+  for (const std::string& name_or_file : arguments.models) {
+    LoadedModel loaded = load_model(name_or_file);
+    names += (names.empty() ? "" : ",") + loaded.model.name;
+    hashes += (hashes.empty() ? "" : ",") + loaded.sha256;
+    models.push_back(std::move(loaded.model));
+  }
   DetectorOptions options;
   options.segmentation = segmentation_options(arguments.segmentation, pair.left.size());
   options.threads = arguments.threads;
+  options.min_familiarity = arguments.min_familiarity;
   if (arguments.max_grasps) options.max_grasps = *arguments.max_grasps;
   use_threads(arguments.threads);
 
   Detection detection;
   naming(arguments.pair.left,
-         [&] { detection = detect_grasps(pair.left, pair.right, pair.camera, loaded.model, options, mask); });
+         [&] { detection = detect_grasps(pair.left, pair.right, pair.camera, models, options, mask); });
 
   std::vector<PendingFile> outputs;
   if (!arguments.json.empty()) {
-    outputs.push_back({arguments.json, detection_to_json(detection, loaded.model.name, loaded.sha256)});
+    outputs.push_back({arguments.json, detection_to_json(detection, names, hashes)});
   }
   if (!arguments.picture.empty()) {
     outputs.push_back(
@@ -84,10 +98,13 @@ void add_detect(CLI::App& program) {
   const auto arguments = std::make_shared<DetectArguments>();
   add_pair_arguments(command, arguments->pair);
   command
-      .add_option("--model", arguments->model,
-                  "a shipped model (see `graspctx_cli models`) or a .safetensors file")
-      ->type_name("NAME|FILE")
-      ->capture_default_str();
+      .add_option("--model", arguments->models,
+                  "a shipped model (see `graspctx_cli models`) or a .safetensors file; of several, separated "
+                  "by commas, the one that knows an object best answers")
+      ->type_name("NAME|FILE[,...]")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->default_str(arguments->models.front());
   add_segmentation_arguments(command, arguments->segmentation);
   command
       .add_option("--mask", arguments->mask,
@@ -99,6 +116,12 @@ void add_detect(CLI::App& program) {
   command.add_option("--max-grasps", arguments->max_grasps, "of each object")
       ->check(CLI::Range(1, 1000))
       ->type_name("N");
+  command
+      .add_option("--min-familiarity", arguments->min_familiarity,
+                  "objects less familiar than that to every model have no grasps, 0 to 1; 0 refuses none "
+                  "(default: 0.03 for several models, 0 for one)")
+      ->check(CLI::Range(0.0, 1.0))
+      ->type_name("SHARE");
   command.add_option("--json", arguments->json, "write the detection as JSON; - prints it")
       ->type_name("FILE|-");
   command.add_option("--picture", arguments->picture, "draw the grasps: .png, .jpg")
@@ -111,6 +134,8 @@ void add_detect(CLI::App& program) {
       "  graspctx_cli detect left.png right.png --calibration calib.txt\n"
       "  graspctx_cli detect left.png right.png --calibration left.yaml right.yaml --model mug --json - "
       "--picture grasps.png\n"
+      "  graspctx_cli detect left.png right.png --calibration calib.txt --model "
+      "mug.safetensors,pan.safetensors\n"
       "  graspctx_cli detect left.png right.png --calibration calib.txt --fixate 320,240 --max-grasps 3");
   command.callback([arguments] { detect(*arguments); });
 }
