@@ -16,6 +16,7 @@ struct DetectArguments {
   DetectionArguments detection;
   std::string json, picture;
   std::optional<int> max_grasps;
+  std::optional<double> min_familiarity;
 };
 
 /// The ranked grasps for a reader.
@@ -25,6 +26,11 @@ std::string detection_table(const Detection& detection) {
   for (const DetectedObject& object : detection.objects) {
     text += (text.empty() ? "" : "\n") + std::string("object ") + std::to_string(object.id) + " at (" +
             fixed(object.centroid_px.x(), 0) + ", " + fixed(object.centroid_px.y(), 0) + ") px: ";
+    if (object.familiarity) {
+      text += object.unfamiliar ? "unfamiliar, most like what model " : "model ";
+      text += object.model_name + (object.unfamiliar ? " was taught" : "") + ", familiarity " +
+              fixed(*object.familiarity, 3) + ", ";
+    }
     if (object.grasps.empty()) {
       text += "no grasp found\n";
       continue;
@@ -46,12 +52,13 @@ std::string detection_table(const Detection& detection) {
 
 void detect(const DetectArguments& arguments) {
   check_outputs({arguments.json, arguments.picture});
-  const DetectionRun run = run_detection(arguments.detection, arguments.max_grasps);
+  const DetectionRun run =
+      run_detection(arguments.detection, arguments.max_grasps, arguments.min_familiarity);
   const Detection& detection = run.detection;
 
   std::vector<PendingFile> outputs;
   if (!arguments.json.empty()) {
-    outputs.push_back({arguments.json, detection_to_json(detection, run.model.model.name, run.model.sha256)});
+    outputs.push_back({arguments.json, detection_to_json(detection, run.model_names(), run.model_hashes())});
   }
   if (!arguments.picture.empty()) {
     outputs.push_back(
@@ -71,6 +78,12 @@ void add_detect(CLI::App& program) {
   command.add_option("--max-grasps", arguments->max_grasps, "of each object")
       ->check(CLI::Range(1, 1000))
       ->type_name("N");
+  command
+      .add_option("--min-familiarity", arguments->min_familiarity,
+                  "objects less familiar than that to every model have no grasps, 0 to 1; 0 refuses none "
+                  "(default: 0.03 for several models, 0 for one)")
+      ->check(CLI::Range(0.0, 1.0))
+      ->type_name("SHARE");
   command.add_option("--json", arguments->json, "write the detection as JSON; - prints it")
       ->type_name("FILE|-");
   command.add_option("--picture", arguments->picture, "draw the grasps: .png, .jpg")
@@ -82,6 +95,8 @@ void add_detect(CLI::App& program) {
       "  graspctx_cli detect left.png right.png --calibration calib.txt\n"
       "  graspctx_cli detect left.png right.png --calibration left.yaml right.yaml --model mug --json - "
       "--picture grasps.png\n"
+      "  graspctx_cli detect left.png right.png --calibration calib.txt --model "
+      "mug.safetensors,pan.safetensors\n"
       "  graspctx_cli detect left.png right.png --calibration calib.txt --fixate 320,240 --max-grasps 3");
   command.callback([arguments] { detect(*arguments); });
 }

@@ -5,10 +5,13 @@ namespace graspctx::cli {
 void add_detection_arguments(CLI::App& command, DetectionArguments& arguments) {
   add_pair_arguments(command, arguments.pair);
   command
-      .add_option("--model", arguments.model,
-                  "a shipped model (see `graspctx_cli models`) or a .safetensors file")
-      ->type_name("NAME|FILE")
-      ->capture_default_str();
+      .add_option("--model", arguments.models,
+                  "a shipped model (see `graspctx_cli models`) or a .safetensors file; of several, separated "
+                  "by commas, the one that knows an object best answers")
+      ->type_name("NAME|FILE[,...]")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->default_str(arguments.models.front());
   add_segmentation_arguments(command, arguments.segmentation);
   command
       .add_option("--mask", arguments.mask,
@@ -20,21 +23,45 @@ void add_detection_arguments(CLI::App& command, DetectionArguments& arguments) {
   add_threads_argument(command, arguments.threads);
 }
 
-DetectionRun run_detection(const DetectionArguments& arguments, std::optional<int> max_grasps) {
+std::string DetectionRun::model_names() const {
+  std::string names;
+  for (const LoadedModel& loaded : models) names += (names.empty() ? "" : ",") + loaded.model.name;
+  return names;
+}
+
+std::string DetectionRun::model_hashes() const {
+  std::string hashes;
+  for (const LoadedModel& loaded : models) hashes += (hashes.empty() ? "" : ",") + loaded.sha256;
+  return hashes;
+}
+
+const LoadedModel& DetectionRun::model_of(const DetectedObject& object) const {
+  for (const LoadedModel& loaded : models) {
+    if (loaded.model.name == object.model_name) return loaded;
+  }
+  return models.front();  // a single one that cannot tell what is familiar
+}
+
+DetectionRun run_detection(const DetectionArguments& arguments, std::optional<int> max_grasps,
+                           std::optional<double> min_familiarity) {
   DetectionRun run;
   run.pair = load_pair(arguments.pair);
   const LoadedPair& pair = run.pair;
   cv::Mat mask;
   if (!arguments.mask.empty()) mask = load_mask_for(arguments.mask, pair.left.size());
-  run.model = load_model(arguments.model);
+  std::vector<GraspModel> models;
+  for (const std::string& name_or_file : arguments.models) {
+    run.models.push_back(load_model(name_or_file));
+    models.push_back(run.models.back().model);
+  }
   DetectorOptions options;
   options.segmentation = segmentation_options(arguments.segmentation, pair.left.size());
   options.threads = arguments.threads;
+  options.min_familiarity = min_familiarity;
   if (max_grasps) options.max_grasps = *max_grasps;
   use_threads(arguments.threads);
-  naming(arguments.pair.left, [&] {
-    run.detection = detect_grasps(pair.left, pair.right, pair.camera, run.model.model, options, mask);
-  });
+  naming(arguments.pair.left,
+         [&] { run.detection = detect_grasps(pair.left, pair.right, pair.camera, models, options, mask); });
   return run;
 }
 

@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common.hpp"
 #include "graspctx/detector.hpp"
@@ -10,11 +11,11 @@
 namespace graspctx::cli {
 
 /// What every command takes that detects grasps: LEFT RIGHT --calibration FILE [FILE] [--rectified]
-/// [--model NAME|FILE] [--mask FILE] [--threads N], and what the segmentation takes.
+/// [--model NAME|FILE,...] [--mask FILE] [--threads N], and what the segmentation takes.
 struct DetectionArguments {
   PairArguments pair;
   SegmentationArguments segmentation;
-  std::string model = "familiar";
+  std::vector<std::string> models{"familiar"};
   std::string mask;
   int threads = 1;
 };
@@ -22,10 +23,16 @@ void add_detection_arguments(CLI::App& command, DetectionArguments& arguments);
 
 struct DetectionRun {
   LoadedPair pair;
-  LoadedModel model;
+  std::vector<LoadedModel> models;
   Detection detection;
+
+  std::string model_names() const;   // separated by commas
+  std::string model_hashes() const;  // likewise
+  /// The one that answers for an object.
+  const LoadedModel& model_of(const DetectedObject& object) const;
 };
 /// Throws InvalidInput naming the file.
-DetectionRun run_detection(const DetectionArguments& arguments, std::optional<int> max_grasps = {});
+DetectionRun run_detection(const DetectionArguments& arguments, std::optional<int> max_grasps = {},
+                           std::optional<double> min_familiarity = {});
 
 }  // namespace graspctx::cli

@@ -157,7 +157,7 @@ PatchExplanation with_training_data(const PatchExplanation& patch, const GraspMo
   DatasetOptions options;
   options.images = names_of_images(patch);
   if (options.images.empty()) {
-    throw InvalidInput("--training-data: the model '" + arguments.detection.model +
+    throw InvalidInput("--training-data: the model '" + model.name +
                        "' does not say which images it was trained on, expected one trained anew");
   }
   PatchExplanation found;
@@ -171,16 +171,18 @@ void explain(const ExplainArguments& arguments) {
   check_outputs({arguments.json, arguments.picture});
   const DetectionRun run = run_detection(arguments.detection);
   GraspExplanation explanation;
+  LoadedModel model;
   naming(arguments.detection.pair.left, [&] {
-    explanation = explain_grasp(chosen_object(run.detection, arguments), run.model.model, arguments.rank);
+    const DetectedObject& object = chosen_object(run.detection, arguments);
+    model = run.model_of(object);
+    explanation = explain_grasp(object, model.model, arguments.rank);
   });
   if (!arguments.training_data.empty()) {
-    explanation.patch = with_training_data(explanation.patch, run.model.model, arguments);
+    explanation.patch = with_training_data(explanation.patch, model.model, arguments);
   }
   std::vector<PendingFile> outputs;
   if (!arguments.json.empty()) {
-    outputs.push_back(
-        {arguments.json, explanation_to_json(explanation, run.model.model.name, run.model.sha256)});
+    outputs.push_back({arguments.json, explanation_to_json(explanation, model.model.name, model.sha256)});
   }
   if (!arguments.picture.empty()) {
     outputs.push_back({arguments.picture, encode_image(arguments.picture, draw_explanation(explanation))});

@@ -81,6 +81,10 @@ void train(const TrainArguments& arguments) {
       progress.show(0.3 * share, "describing the views");
     });
     model = train_model(set.features, set.labels, set.groups, options);
+    FamiliarityOptions familiarity;
+    familiarity.seed = arguments.seed;
+    model.familiarity = learn_familiarity(set.features, set.views, set.groups, familiarity);
+    model.provenance["familiarity.views"] = std::to_string(model.familiarity->views.rows());
     model.provenance["rows"] = std::to_string(set.labels.size());
     model.provenance["positive_rows"] = std::to_string(std::count(set.labels.begin(), set.labels.end(), 1));
   });

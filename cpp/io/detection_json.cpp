@@ -38,11 +38,17 @@ Json grasp_json(const GraspConfiguration& grasp) {
 Json object_json(const DetectedObject& object) {
   Json grasps = Json::array();
   for (const GraspConfiguration& grasp : object.grasps) grasps.push_back(grasp_json(grasp));
-  return {{"id", object.id},
-          {"bounding_box_px", to_json(object.bounding_box_px)},
-          {"centroid_px", to_json(object.centroid_px)},
-          {"pose", object.pose ? pose_json(*object.pose) : Json()},
-          {"grasps", std::move(grasps)}};
+  Json result{{"id", object.id},
+              {"bounding_box_px", to_json(object.bounding_box_px)},
+              {"centroid_px", to_json(object.centroid_px)},
+              {"pose", object.pose ? pose_json(*object.pose) : Json()}};
+  if (object.familiarity) {
+    result["model"] = object.model_name;
+    result["familiarity"] = finite(*object.familiarity);
+    result["unfamiliar"] = object.unfamiliar;
+  }
+  result["grasps"] = std::move(grasps);
+  return result;
 }
 
 }  // namespace

@@ -249,6 +249,20 @@ void draw_rank(Canvas& canvas, const GraspConfiguration& grasp, const cv::Scalar
              placed);
 }
 
+/// Which model answers for an object, over its box; nothing where the models cannot tell.
+void draw_answer(Canvas& canvas, const DetectedObject& object, const cv::Scalar& colour,
+                 std::vector<cv::Rect>& placed) {
+  if (!object.familiarity) return;
+  const std::string answer = object.unfamiliar ? "unfamiliar" : object.model_name;
+  const cv::Rect& box = object.bounding_box_px;
+  draw_label(canvas, canvas.from_image({box.x + 0.5 * box.width, static_cast<double>(box.y)}),
+             {{answer + ", familiarity " + decimal_text(std::clamp(*object.familiarity, 0.0, 1.0), 2)},
+              11.0 * canvas.stroke_px,
+              colour,
+              object.unfamiliar ? grey : white},
+             placed);
+}
+
 /// The grasps of one object, the best last and so on top.
 void draw_grasps(Canvas& canvas, const DetectedObject& object, const cv::Scalar& colour,
                  const StereoCamera& camera, const PictureOptions& options, double hand_opacity) {
@@ -318,6 +332,7 @@ cv::Mat draw_detection(const Detection& detection, const StereoCamera& camera,
     for (std::size_t k = 0; k < std::min(grasps.size(), static_cast<std::size_t>(options.max_grasps)); ++k) {
       draw_rank(canvas, grasps[k], segment_colour(i), k == 0, placed);
     }
+    draw_answer(canvas, detection.objects[i], segment_colour(i), placed);
   }
   return canvas.picture;
 }

@@ -153,6 +153,7 @@ TrainingSet build_training_set(const std::vector<LabelledView>& views, const Des
   for (std::size_t i = 0; i < views.size(); ++i) {
     for (const LabelledView& view : augment_view(views[i], augment.degraded_masks, generator)) {
       const LabelledPatches described = describe_checked(view, descriptor);
+      set.views.insert(set.views.end(), described.labels.size(), static_cast<int>(blocks.size()));
       blocks.push_back(described.patches.features);
       set.labels.insert(set.labels.end(), described.labels.begin(), described.labels.end());
       set.groups.insert(set.groups.end(), described.labels.size(), view.group);

@@ -5,7 +5,9 @@
 #include <chrono>
 #include <cmath>
 #include <exception>
+#include <memory>
 #include <opencv2/imgproc.hpp>
+#include <set>
 #include <system_error>
 #include <thread>
 
@@ -44,6 +46,9 @@ class StageClock {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
+/// The models that are asked, in order.
+using Models = std::vector<const GraspModel*>;
+
 /// One view of an object, ready to be asked for the probability of any patch.
 struct DescribedView {
   Contour contour;
@@ -80,9 +85,57 @@ Eigen::Vector2d on_object(const FovealView& view, int patch_px, const Eigen::Vec
   return view.image_from_view({patch.x + moments.m10 / moments.m00, patch.y + moments.m01 / moments.m00});
 }
 
+/// An object as one kind of descriptor sees it.
+struct LeftView {
+  FovealPair fovea;
+  Contour contour;
+  PatchDescriptors patches;
+};
+
+/// For each model the left view by its descriptor options, described once for all that describe alike; null
+/// where there is none.
+std::vector<std::shared_ptr<const LeftView>> left_views(const Detection& scene, const cv::Mat& mask,
+                                                        const Models& models, StageClock& clock) {
+  std::vector<std::shared_ptr<const LeftView>> views;
+  for (const GraspModel* model : models) {
+    std::size_t alike = 0;
+    while (alike < views.size() && !same_descriptor(*models[alike], *model)) ++alike;
+    if (alike < views.size()) {
+      views.push_back(views[alike]);
+      continue;
+    }
+    views.emplace_back();
+    const DescriptorOptions& descriptor = model->descriptor;
+    // III-A: each hypothesis is fixated in turn.
+    const auto fovea = foveal_pair(scene.pair, mask, scene.disparity.dense, descriptor.fovea);
+    clock.stage_done("fovea");
+    if (!fovea) continue;
+    // III-B: the contour and its shape contexts, in patches.
+    const Contour contour = sample_contour(fovea->left.image, fovea->left.mask, descriptor.contour);
+    PatchDescriptors patches = patch_descriptors(contour, fovea->left.image.size(), descriptor);
+    views.back() = std::make_shared<LeftView>(LeftView{*fovea, contour, std::move(patches)});
+    clock.stage_done("descriptors");
+  }
+  return views;
+}
+
+/// The model that answers, and how familiar the object is to it; nothing if the models cannot tell, or if
+/// they see no contour.
+std::optional<ModelChoice> vote(const Models& models,
+                                const std::vector<std::shared_ptr<const LeftView>>& views,
+                                const DetectorOptions& options) {
+  std::vector<const FeatureMatrix*> features;
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    if (!models[i]->familiarity || !views[i] || views[i]->patches.features.rows() == 0) return std::nullopt;
+    features.push_back(&views[i]->patches.features);
+  }
+  const double by_default = models.size() > 1 ? default_min_familiarity : 0;
+  return choose_model(models, features, options.min_familiarity.value_or(by_default));
+}
+
 /// Everything about one hypothesis: foveal view, response, grasp points, pose, grasps.
 DetectedObject detect_on_object(const ObjectHypothesis& hypothesis, const Detection& scene,
-                                const StereoCamera& camera, const GraspModel& model,
+                                const StereoCamera& camera, const Models& models,
                                 const DetectorOptions& options, Timings& timings_ms) {
   StageClock clock(timings_ms);
   DetectedObject object;
@@ -90,16 +143,27 @@ DetectedObject detect_on_object(const ObjectHypothesis& hypothesis, const Detect
   object.bounding_box_px = hypothesis.bounding_box_px;
   object.centroid_px = hypothesis.centroid_px;
 
-  // III-A: each hypothesis is fixated in turn.
   const cv::Mat mask = scene.segmentation.instance_ids == hypothesis.id;
-  const auto fovea = foveal_pair(scene.pair, mask, scene.disparity.dense, model.descriptor.fovea);
-  clock.stage_done("fovea");
-  if (!fovea) return object;
+  const auto views = left_views(scene, mask, models, clock);
+  const auto choice = vote(models, views, options);
+  if (choice) clock.stage_done("familiarity");
+  const std::size_t answering = choice ? choice->model : 0;
+  if (!views[answering]) return object;
+  const auto& [fovea, contour, patches] = *views[answering];
+  const GraspModel& model = *models[answering];
+  if (choice) {
+    object.model_name = model.name;
+    object.familiarity = choice->familiarity;
+    object.unfamiliar = !choice->familiar;
+  }
+  object.pose = estimate_object_pose(fovea, mask, scene.disparity.dense, camera, scene.segmentation.table);
+  clock.stage_done("pose");
+  object.intermediates = {fovea, contour, patches, {}};
+  // Several models that see no contour have no answer either.
+  if (object.unfamiliar || (!choice && models.size() > 1)) return object;
 
-  // III-B: the contour and its shape contexts in both views; the patches of the left one.
-  const Contour contour = sample_contour(fovea->left.image, fovea->left.mask, model.descriptor.contour);
-  PatchDescriptors patches = patch_descriptors(contour, fovea->left.image.size(), model.descriptor);
-  const DescribedView right = describe(fovea->right, model.descriptor);
+  // III-B: the shape contexts of the right view, too.
+  const DescribedView right = describe(fovea.right, model.descriptor);
   clock.stage_done("descriptors");
 
   // III-C: how probable each patch is a grasping point.
@@ -108,21 +172,19 @@ DetectedObject detect_on_object(const ObjectHypothesis& hypothesis, const Detect
 
   // III-D: the best local maxima, found again in the right view and classified there too.
   const std::vector<GraspPoint> points = find_grasp_points(patches, probabilities, options.grasp_points);
-  object.pose = estimate_object_pose(*fovea, mask, scene.disparity.dense, camera, scene.segmentation.table);
-  clock.stage_done("pose");
   const int patch_px = model.descriptor.patch.patch_px;
   for (const GraspPoint& point : points) {
     if (!object.pose) break;
     const Eigen::Vector2d view_px(point.centre_px.x, point.centre_px.y);
-    const Eigen::Vector2d left_px = fovea->left.image_from_view(view_px);
-    const int half_patch_px = std::max(1, static_cast<int>(patch_px / (2 * fovea->left.scale)));
+    const Eigen::Vector2d left_px = fovea.left.image_from_view(view_px);
+    const int half_patch_px = std::max(1, static_cast<int>(patch_px / (2 * fovea.left.scale)));
     const double prior_px = detail::median_disparity(mask, scene.disparity.dense, left_px, half_patch_px);
-    const auto match = match_patch(*fovea, view_px, prior_px, options.stereo_match);
+    const auto match = match_patch(fovea, view_px, prior_px, options.stereo_match);
     if (!match) continue;
     const auto probability_right = probability_at(right, match->right_view_px, model);
     if (!probability_right) continue;
     GraspConfiguration grasp =
-        configure_grasp(on_object(fovea->left, patch_px, view_px), *match, mask, camera, *object.pose,
+        configure_grasp(on_object(fovea.left, patch_px, view_px), *match, mask, camera, *object.pose,
                         scene.segmentation.table, options.hand, options.approach_threshold);
     grasp.patch = point.patch;
     grasp.probability_left = point.probability;
@@ -141,13 +203,13 @@ DetectedObject detect_on_object(const ObjectHypothesis& hypothesis, const Detect
     object.grasps.resize(static_cast<std::size_t>(options.max_grasps));
   }
   for (std::size_t i = 0; i < object.grasps.size(); ++i) object.grasps[i].rank = static_cast<int>(i) + 1;
-  object.intermediates = {*fovea, contour, std::move(patches), probabilities};
+  object.intermediates.probabilities = probabilities;
   clock.stage_done("grasps");
   return object;
 }
 
 /// The hypotheses do not know of each other: any number of threads gives the same.
-void detect_on_each_object(Detection& detection, const StereoCamera& camera, const GraspModel& model,
+void detect_on_each_object(Detection& detection, const StereoCamera& camera, const Models& models,
                            const DetectorOptions& options) {
   const std::vector<ObjectHypothesis>& hypotheses = detection.segmentation.objects;
   std::vector<DetectedObject> objects(hypotheses.size());
@@ -157,7 +219,7 @@ void detect_on_each_object(Detection& detection, const StereoCamera& camera, con
   const auto work = [&] {
     for (std::size_t i = next++; i < hypotheses.size(); i = next++) {
       try {
-        objects[i] = detect_on_object(hypotheses[i], detection, camera, model, options, timings_ms[i]);
+        objects[i] = detect_on_object(hypotheses[i], detection, camera, models, options, timings_ms[i]);
       } catch (...) {
         failures[i] = std::current_exception();
       }
@@ -187,6 +249,23 @@ std::pair<int, double> best_grasp(const DetectedObject& object) {
   return {object.grasps.front().feasible ? 2 : 1, object.grasps.front().probability};
 }
 
+void check_models(const Models& models, const DetectorOptions& options) {
+  if (models.empty()) throw InvalidInput("models: expected one or more, got none");
+  const bool compares = models.size() > 1 || options.min_familiarity.value_or(0) > 0;
+  std::set<std::string> names;
+  for (const GraspModel* model : models) {
+    model->check();
+    if (compares && !model->familiarity) {
+      throw InvalidInput("model '" + model->name + "' cannot tell what is familiar: " +
+                         (models.size() > 1 ? "several models" : "min_familiarity") +
+                         " expected one that was trained with familiarity");
+    }
+    if (!names.insert(model->name).second) {
+      throw InvalidInput("models: expected different names, got two models named '" + model->name + "'");
+    }
+  }
+}
+
 }  // namespace
 
 void DetectorOptions::check() const {
@@ -198,15 +277,19 @@ void DetectorOptions::check() const {
   detail::require_option(std::isfinite(approach_threshold) && approach_threshold >= 0,
                          "approach_threshold must not be negative");
   detail::require_option(min_probability >= 0 && min_probability <= 1, "min_probability must be 0 to 1");
+  const double familiarity = min_familiarity.value_or(0);
+  detail::require_option(familiarity >= 0 && familiarity <= 1, "min_familiarity must be 0 to 1");
   detail::require_option(max_grasps >= 1 && max_grasps <= 1000, "max_grasps must be 1 to 1000");
   detail::require_option(threads >= 1 && threads <= 256, "threads must be 1 to 256");
 }
 
-Detection detect_grasps(const cv::Mat& left, const cv::Mat& right, const StereoCamera& camera,
-                        const GraspModel& model, const DetectorOptions& options, const cv::Mat& mask) {
+namespace {
+
+Detection detect_with(const Models& models, const cv::Mat& left, const cv::Mat& right,
+                      const StereoCamera& camera, const DetectorOptions& options, const cv::Mat& mask) {
   options.check();
   camera.check();
-  model.check();
+  check_models(models, options);
   Detection detection;
   StageClock clock(detection.timings_ms);
 
@@ -241,11 +324,26 @@ Detection detect_grasps(const cv::Mat& left, const cv::Mat& right, const StereoC
   clock.stage_done("refined_disparity");
 
   // III-B to III-D: each hypothesis on its own
-  detect_on_each_object(detection, camera, model, options);
+  detect_on_each_object(detection, camera, models, options);
   std::stable_sort(
       detection.objects.begin(), detection.objects.end(),
       [](const DetectedObject& a, const DetectedObject& b) { return best_grasp(a) > best_grasp(b); });
   return detection;
+}
+
+}  // namespace
+
+Detection detect_grasps(const cv::Mat& left, const cv::Mat& right, const StereoCamera& camera,
+                        const GraspModel& model, const DetectorOptions& options, const cv::Mat& mask) {
+  return detect_with({&model}, left, right, camera, options, mask);
+}
+
+Detection detect_grasps(const cv::Mat& left, const cv::Mat& right, const StereoCamera& camera,
+                        const std::vector<GraspModel>& models, const DetectorOptions& options,
+                        const cv::Mat& mask) {
+  Models asked;
+  for (const GraspModel& model : models) asked.push_back(&model);
+  return detect_with(asked, left, right, camera, options, mask);
 }
 
 }  // namespace graspctx

@@ -190,6 +190,10 @@ class MetadataReader {
 constexpr const char* refine_entry = "descriptor.fovea.refine_mask";
 constexpr const char* outline_entry = "descriptor.shape_context.outline_px";
 
+/// Tensors of those models that tell what is familiar.
+constexpr const char* views_tensor = "familiarity.views";
+constexpr const char* distances_tensor = "familiarity.held_out_distances";
+
 /// Every number outside the tensors, by name: written and read by the same list.
 template <typename Model, typename Visit>
 void visit_numbers(Model& model, const Visit& visit) {
@@ -268,6 +272,12 @@ void GraspModel::check() const {
   require(descriptor.dimension() == mean.size(), "its descriptor has " +
                                                      std::to_string(descriptor.dimension()) +
                                                      " dimensions, its mean " + std::to_string(mean.size()));
+  if (familiarity) {
+    familiarity->check();
+    require(familiarity->views.cols() == mean.size(), "its mean has " + std::to_string(mean.size()) +
+                                                          " features, its training views " +
+                                                          std::to_string(familiarity->views.cols()));
+  }
   require(is_printable(name), "its name must not hold control characters");
   for (const std::string& class_name : classes) {
     require(!class_name.empty() && is_printable(class_name),
@@ -338,6 +348,11 @@ std::vector<std::uint8_t> GraspModel::to_safetensors() const {
     file.tensors["support_images"] =
         tensor_of(Eigen::Map<const Eigen::VectorXi>(support_images.data(), coefficients.size()), {vectors});
   }
+  if (familiarity) {
+    const std::uint64_t views = familiarity->views.rows();
+    file.tensors[views_tensor] = tensor_of(familiarity->views, {views, dimension});
+    file.tensors[distances_tensor] = tensor_of(familiarity->held_out_distances, {views});
+  }
   return detail::write_safetensors(file);
 }
 
@@ -380,9 +395,26 @@ GraspModel GraspModel::from_safetensors(const std::uint8_t* bytes, std::size_t s
     const auto images = matrix_of<Eigen::VectorXi>(file, "support_images");
     model.support_images.assign(images.begin(), images.end());
   }
+  // Files of before that, and models without it, have neither.
+  if (file.tensors.count(views_tensor) + file.tensors.count(distances_tensor) > 0) {
+    model.familiarity.emplace();
+    model.familiarity->views = matrix_of<FeatureMatrix>(file, views_tensor);
+    model.familiarity->held_out_distances = matrix_of<Eigen::VectorXd>(file, distances_tensor);
+  }
   if (!file.tensors.empty()) throw InvalidInput("model file: it holds an unknown tensor");
   model.check();
   return model;
+}
+
+bool same_descriptor(const GraspModel& a, const GraspModel& b) {
+  const auto text = [](const GraspModel& model) {
+    std::string entries;
+    visit_numbers(model, [&](const std::string& key, const auto& value) {
+      if (key.rfind("descriptor.", 0) == 0) entries += key + "=" + text_of(value) + "\n";
+    });
+    return entries;
+  };
+  return text(a) == text(b);
 }
 
 std::string GraspModel::to_libsvm() const {

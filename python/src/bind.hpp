@@ -2,6 +2,7 @@
 #include <pybind11/pybind11.h>
 
 #include <utility>
+#include <vector>
 
 #include "graspctx/detector.hpp"
 #include "graspctx/io/model_file.hpp"
@@ -41,6 +42,9 @@ auto without_gil(Function&& function) {
   const py::gil_scoped_release release;
   return std::forward<Function>(function)();
 }
+
+/// A GraspModel or a sequence of them; the caller keeps `value` alive.
+std::vector<const LoadedModel*> models_argument(const py::object& value, const char* name);
 
 /// The hash of the file that holds the model, or would hold it.
 std::string model_sha256(const LoadedModel& model);

@@ -87,6 +87,8 @@ void bind_dataset(py::module_& m) {
   def_array<float>(set, "features", &TrainingSet::features, "(R, D) float32.");
   def_array<int>(set, "labels", &TrainingSet::labels, "(R,) int32, 0 or 1.");
   def_array<int>(set, "groups", &TrainingSet::groups, "(R,) int32, LabelledView.group.");
+  def_array<int>(set, "views", &TrainingSet::views,
+                 "(R,) int32, number of the view: each mask of each labelled view is one.");
 
   m.def(
       "load_dataset",

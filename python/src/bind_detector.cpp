@@ -54,6 +54,11 @@ void bind_detected_object(py::module_& m) {
   def_vector(object, "centroid_px", &DetectedObject::centroid_px, "(2,) u, v.");
   object.def_readonly("pose", &DetectedObject::pose, "ObjectPose, or None.");
   object.def_readonly("grasps", &DetectedObject::grasps, "Feasible first, then by probability (Eq. 2).");
+  object.def_readonly("model_name", &DetectedObject::model_name,
+                      "The model that answers; '' if it cannot tell what is familiar.");
+  object.def_readonly("familiarity", &DetectedObject::familiarity,
+                      "0 to 1, of the object to that model; None if it cannot tell.");
+  object.def_readonly("unfamiliar", &DetectedObject::unfamiliar, "To all models: it has no grasps.");
   object.def_readonly("intermediates", &DetectedObject::intermediates);
   object.def("__repr__", [](const DetectedObject& self) {
     return "DetectedObject(id=" + std::to_string(self.id) + ", " + std::to_string(self.grasps.size()) +
@@ -139,32 +144,42 @@ blue, grey where infeasible). min_width_px: smaller images are enlarged.)";
   DetectorOptions defaults;
   define(
       m, "detect_grasps",
-      signature("left: " + image_type + ", right: " + image_type +
-                    ", camera: StereoCamera, model: GraspModel, *, mask: " + mask_type + " | None = None",
-                keywords(defaults), "Detection"),
+      signature(
+          "left: " + image_type + ", right: " + image_type +
+              ", camera: StereoCamera, model: GraspModel | collections.abc.Sequence[GraspModel], *, mask: " +
+              mask_type + " | None = None",
+          keywords(defaults), "Detection"),
       R"(The whole method: from a stereo pair to ranked grasp configurations.
 
 left, right: uint8 images of the same size, RGB (H, W, 3) or grey (H, W), rectified first if camera.raw says how.
+model: one, or several with familiarity that vote on each object, as in choose_model.
 mask: uint8 or bool (H, W) instance ids of the left rectified view, used instead of the segmentation.
 cues: 'disparity', 'plane' or 'colour'; each adds to the one before (Fig. 2).
 fixation_px, roi_px, table, gravity: where to look, and what is known of the rig, as in segment_objects.
 max_grasps: of each object. threads: the result is the same for any number.
 approach_threshold: φ of Eq. 3, share of the minor semi-axis in the image.
 min_probability: of both views together; what is less likely is no grasp.
+min_familiarity: what an object is less familiar than, 0 to 1, is unfamiliar and has no grasps; 0 refuses none.
+None: 0.03 if several models vote, 0 for one.
 Finding nothing is an answer. Raises InvalidInput for unusable images, calibration or options.)",
-      [](const py::object& left, const py::object& right, const StereoCamera& camera,
-         const LoadedModel& model, const py::object& mask, const py::kwargs& arguments) {
+      [](const py::object& left, const py::object& right, const StereoCamera& camera, const py::object& model,
+         const py::object& mask, const py::kwargs& arguments) {
         DetectorOptions options;
         read_keywords("detect_grasps", arguments, keywords(options));
         const cv::Mat left_image = image_argument(left, "left"), right_image = image_argument(right, "right");
         const cv::Mat instance_ids = mask_argument(mask, "mask");
         DetectionResult result;
         result.camera = camera;
-        result.model_name = model.model.name;
-        result.model_sha256 = model_sha256(model);
+        std::vector<GraspModel> models;
+        for (const LoadedModel* loaded : models_argument(model, "model")) {
+          const std::string comma = models.empty() ? "" : ",";
+          result.model_name += comma + loaded->model.name;
+          result.model_sha256 += comma + model_sha256(*loaded);
+          models.push_back(loaded->model);
+        }
         without_gil([&] {
           Detection& found = result.detection;
-          found = detect_grasps(left_image, right_image, camera, model.model, options, instance_ids);
+          found = detect_grasps(left_image, right_image, camera, models, options, instance_ids);
           for (cv::Mat* image : {&found.pair.left, &found.pair.right, &found.segmentation.instance_ids}) {
             own(*image);
           }

@@ -10,6 +10,7 @@
 #include "bind.hpp"
 #include "graspctx/grasp_model.hpp"
 #include "graspctx/io/model_file.hpp"
+#include "graspctx/model_choice.hpp"
 #include "options.hpp"
 
 namespace graspctx::python {
@@ -47,8 +48,8 @@ void def_model_value(Class& class_, const char* name, Value GraspModel::*member,
 LoadedModel train(const py::object& features, const py::object& labels, const py::object& groups,
                   const std::string& name, std::vector<std::string> classes,
                   const std::map<std::string, std::string>& provenance, const py::dict& descriptor,
-                  const std::map<int, std::string>& image_names, const std::optional<py::function>& progress,
-                  const py::kwargs& arguments) {
+                  const std::map<int, std::string>& image_names, const py::object& views,
+                  const std::optional<py::function>& progress, const py::kwargs& arguments) {
   TrainOptions options;
   read_keywords("train_model", arguments, keywords(options));
   options.image_names = image_names;
@@ -63,7 +64,20 @@ LoadedModel train(const py::object& features, const py::object& labels, const py
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     if (progress) (*progress)(share, what);
   };
-  GraspModel model = without_gil([&] { return train_model(rows.matrix(), row_labels, row_groups, options); });
+  const bool learns_familiarity = !views.is_none();
+  std::vector<int> row_views;
+  if (learns_familiarity) row_views = integers_argument(views, "views");
+  FamiliarityOptions familiarity_options;
+  familiarity_options.seed = options.seed;
+  GraspModel model = without_gil([&] {
+    std::optional<Familiarity> familiarity;  // first: it takes no time, and refuses bad views
+    if (learns_familiarity) {
+      familiarity = learn_familiarity(rows.matrix(), row_views, row_groups, familiarity_options);
+    }
+    GraspModel trained = train_model(rows.matrix(), row_labels, row_groups, options);
+    trained.familiarity = std::move(familiarity);
+    return trained;
+  });
   model.name = name;
   model.classes = std::move(classes);
   model.descriptor = descriptor_options;
@@ -72,6 +86,24 @@ LoadedModel train(const py::object& features, const py::object& labels, const py
 }
 
 }  // namespace
+
+std::vector<const LoadedModel*> models_argument(const py::object& value, const char* name) {
+  std::vector<const LoadedModel*> models;
+  if (py::isinstance<LoadedModel>(value)) {
+    models.push_back(value.cast<const LoadedModel*>());
+    return models;
+  }
+  const auto refuse = [&](py::handle found) {
+    throw py::type_error(std::string(name) + ": expected a GraspModel or a sequence of them, got " +
+                         describe(found));
+  };
+  if (!py::isinstance<py::list>(value) && !py::isinstance<py::tuple>(value)) refuse(value);
+  for (const py::handle item : value) {
+    if (!py::isinstance<LoadedModel>(item)) refuse(item);
+    models.push_back(item.cast<const LoadedModel*>());
+  }
+  return models;
+}
 
 std::string model_sha256(const LoadedModel& model) {
   if (!model.sha256.empty()) return model.sha256;
@@ -139,6 +171,20 @@ Made by load_model or train_model.)");
         return moved<double>(without_gil([&] { return self.model.decision_values(rows.matrix()); }));
       },
       py::arg("features"));
+  define(
+      model, "familiarity", "(self: GraspModel, features: " + float32_type + ") -> float | None",
+      "How much an object looks like what the model was taught, 0 to 1, from the float32 (M, D) descriptors "
+      "of "
+      "its patches, M > 0: the share of the training views that are as far from the views of other images, "
+      "the "
+      "object counted among them. None if the model does not know.",
+      [](const LoadedModel& self, const py::object& features) -> std::optional<double> {
+        const FeatureRows rows(features, "features");
+        const auto& familiarity = self.model.familiarity;
+        if (!familiarity) return std::nullopt;
+        return without_gil([&] { return familiarity->at_distance(familiarity->distance(rows.matrix())); });
+      },
+      py::arg("features"));
   model.def(
       "save",
       [](const LoadedModel& self, const std::filesystem::path& path) {
@@ -191,7 +237,9 @@ Made by load_model or train_model.)");
           "features: " + float32_type + ", labels: " + integer_type + ", groups: " + integer_type +
               ", *, name: str = '', classes: collections.abc.Sequence[str] = (), provenance: "
               "collections.abc.Mapping[str, str] = {}, descriptor: dict[str, typing.Any] = {}, image_names: "
-              "collections.abc.Mapping[int, str] = {}, progress: "
+              "collections.abc.Mapping[int, str] = {}, views: " +
+              integer_type +
+              " | None = None, progress: "
               "collections.abc.Callable[[float, str], None] | None = None",
           keywords(defaults), "GraspModel"),
       R"(Train a model (III-C): C and γ by cross-validation grouped by image, the sigmoid on held-out images.
@@ -200,6 +248,8 @@ features: float32 (M, D). labels: integers (M,), 0 or 1. groups: integers (M,), 
 name, classes, provenance: stored with the model. descriptor: the options of describe_view that the features
 were made with, where they differ from the defaults.
 image_names: of the groups; with them the model keeps its training_images, which explain_grasp names.
+views: integers (M,), the view of each row, as in TrainingSet.views: the model learns what objects are familiar
+from them, GraspModel.familiarity. None: it does not.
 progress: called with the share done and what is being done; what it raises ends the training.
 gamma_times_dimension: γ = value / D. The search is over all pairs of it and svm_c.
 Raises InvalidInput for sizes that differ, other labels, a single class, fewer groups than folds, or features
@@ -207,7 +257,33 @@ that are not finite.)",
       &train, py::arg("features"), py::arg("labels"), py::arg("groups"), py::kw_only(),
       py::arg("name") = GraspModel{}.name, py::arg("classes") = GraspModel{}.classes,
       py::arg("provenance") = GraspModel{}.provenance, py::arg("descriptor") = py::dict(),
-      py::arg("image_names") = TrainOptions{}.image_names, py::arg("progress") = py::none());
+      py::arg("image_names") = TrainOptions{}.image_names, py::arg("views") = py::none(),
+      py::arg("progress") = py::none());
+
+  py::class_<ModelChoice> choice(m, "ModelChoice", "The model that answers for an object, of several.");
+  choice.def_readonly("model", &ModelChoice::model, "Its index.");
+  choice.def_readonly("familiarity", &ModelChoice::familiarity, "0 to 1, of the object to that model.");
+  choice.def_readonly("familiar", &ModelChoice::familiar, "The object is familiar enough to it.");
+  define(
+      m, "choose_model",
+      "(models: GraspModel | collections.abc.Sequence[GraspModel], features: collections.abc.Sequence[" +
+          float32_type + "], min_familiarity: float = " +
+          py::repr(py::float_(default_min_familiarity)).cast<std::string>() + ") -> ModelChoice",
+      R"(The vote: of the models that an object is familiar enough to, the one with the nearest training view.
+
+If there is none, the one with the nearest training view of all, and `familiar` is False.
+features: for each model float32 (M, D), the object's patch descriptors by the model's own descriptor options.
+Raises InvalidInput for no models, another number of features, or a model without familiarity.)",
+      [](const py::object& models, const std::vector<py::object>& features, double min_familiarity) {
+        std::vector<const GraspModel*> asked;
+        for (const LoadedModel* loaded : models_argument(models, "models")) asked.push_back(&loaded->model);
+        std::vector<FeatureMatrix> rows;
+        for (const py::object& array : features) rows.push_back(FeatureRows(array, "features").matrix());
+        std::vector<const FeatureMatrix*> pointers;
+        for (const FeatureMatrix& matrix : rows) pointers.push_back(&matrix);
+        return without_gil([&] { return choose_model(asked, pointers, min_familiarity); });
+      },
+      py::arg("models"), py::arg("features"), py::arg("min_familiarity") = default_min_familiarity);
 }
 
 }  // namespace graspctx::python

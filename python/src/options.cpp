@@ -90,6 +90,10 @@ struct Member {
       member.push_back(real(name, item));
     }
   }
+  void set(std::optional<double>& member, py::handle value) const {
+    member.reset();
+    if (!value.is_none()) member = real(name, value);
+  }
   void set(CueLevel& member, py::handle value) const {
     if (!py::isinstance<py::str>(value)) wrong_type(name, "a str", value);
     const auto wanted = value.cast<std::string>();
@@ -146,6 +150,10 @@ py::object get(const std::vector<double>& member) {
   for (const double value : member) values.append(value);
   return py::tuple(values);
 }
+py::object get(const std::optional<double>& member) {
+  if (!member) return py::none();
+  return py::float_(*member);
+}
 py::object get(CueLevel member) {
   return py::str(std::find_if(cue_levels.begin(), cue_levels.end(), [&](const auto& level) {
                    return level.second == member;
@@ -186,6 +194,9 @@ const char* annotation(std::array<int, 3>*) {
 }
 const char* annotation(std::vector<double>*) {
   return "collections.abc.Sequence[float]";
+}
+const char* annotation(std::optional<double>*) {
+  return "float | None";
 }
 const char* annotation(CueLevel*) {
   return "str";
@@ -298,7 +309,8 @@ Keywords keywords(DetectorOptions& options) {
   Keywords own{{"max_grasps", &options.max_grasps},
                {"threads", &options.threads},
                {"approach_threshold", &options.approach_threshold},
-               {"min_probability", &options.min_probability}};
+               {"min_probability", &options.min_probability},
+               {"min_familiarity", &options.min_familiarity}};
   const Keywords stages = all_keywords(options.segmentation, options.disparity, options.grasp_points,
                                        options.stereo_match, options.hand);
   own.insert(own.end(), stages.begin(), stages.end());

@@ -23,9 +23,9 @@ namespace py = pybind11;
 /// A keyword argument and the member of an options struct that it sets.
 struct Keyword {
   std::string name;
-  std::variant<bool*, int*, std::uint32_t*, double*, std::array<int, 3>*, std::vector<double>*, CueLevel*,
-               std::optional<Eigen::Vector2d>*, std::optional<Eigen::Vector3d>*, std::optional<cv::Rect>*,
-               std::optional<TablePlane>*>
+  std::variant<bool*, int*, std::uint32_t*, double*, std::array<int, 3>*, std::vector<double>*,
+               std::optional<double>*, CueLevel*, std::optional<Eigen::Vector2d>*,
+               std::optional<Eigen::Vector3d>*, std::optional<cv::Rect>*, std::optional<TablePlane>*>
       member;
 };
 using Keywords = std::vector<Keyword>;

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "graspctx/detector.hpp"
@@ -40,15 +41,22 @@ LabelledView labelled(const Handled& object, int group) {
   return {"cast scene", "block", group, object.scene.pair.left, object.mask, object.handle};
 }
 
-const GraspModel& block_model() {
-  static const GraspModel model = [] {
+const TrainingSet& block_set() {
+  static const TrainingSet rows = [] {
     std::vector<LabelledView> views;
     for (int i = 0; i < 12; ++i) {
       views.push_back(labelled(handled_block(-1.1 + 0.2 * i, 0.85 + 0.03 * (i % 5)), i));
     }
     AugmentOptions true_masks;  // ctest runs each test on its own: keep what they share small
     true_masks.degraded_masks = 0;
-    const TrainingSet set = build_training_set(views, {}, true_masks);
+    return build_training_set(views, {}, true_masks);
+  }();
+  return rows;
+}
+
+const GraspModel& block_model() {
+  static const GraspModel model = [] {
+    const TrainingSet& set = block_set();
     TrainOptions options;
     options.max_rows = 1000;
     options.svm_c = {10};
@@ -64,6 +72,22 @@ const GraspModel& block_model() {
 Detection detect(const Handled& object, const DetectorOptions& options = {}) {
   const RectifiedPair& pair = object.scene.pair;
   return detect_grasps(pair.left, pair.right, testing::test_camera(), block_model(), options, object.mask);
+}
+
+/// The same model, taught that its objects look like blocks whose descriptors differ by `shift`.
+GraspModel taught(const std::string& name, float shift) {
+  const TrainingSet& set = block_set();
+  GraspModel model = block_model();
+  model.name = name;
+  const FeatureMatrix shifted = set.features.array() + shift;
+  model.familiarity = learn_familiarity(shifted, set.views, set.groups);
+  return model;
+}
+
+Detection detect_with(const Handled& object, const std::vector<GraspModel>& models,
+                      const DetectorOptions& options = {}) {
+  const RectifiedPair& pair = object.scene.pair;
+  return detect_grasps(pair.left, pair.right, testing::test_camera(), models, options, object.mask);
 }
 
 TEST(Detector, FindsTheHandleOfAnUnseenBlock) {
@@ -187,6 +211,67 @@ TEST(Detector, KeepsAtMostAsManyGraspsAsAsked) {
   EXPECT_LE(detect(handled_block(0.3), options).objects.at(0).grasps.size(), 1u);
 }
 
+TEST(Detector, OfSeveralModelsTheOneThatKnowsTheObjectAnswers) {
+  const Handled object = handled_block(0.42);
+  const Detection alone = detect(object);
+  GraspModel other = taught("other", 0.3f);
+  other.rho += 1;  // its grasps would be others
+  GraspModel coarse = taught("coarse", 0.3f);
+  coarse.descriptor.contour.samples = 100;  // describes the views in another way
+  for (const auto& models :
+       {std::vector{taught("block", 0), other, coarse}, std::vector{coarse, other, taught("block", 0)}}) {
+    const DetectedObject found = detect_with(object, models).objects.at(0);
+    EXPECT_EQ(found.model_name, "block");
+    ASSERT_TRUE(found.familiarity);
+    EXPECT_GT(*found.familiarity, default_min_familiarity);
+    EXPECT_FALSE(found.unfamiliar);
+    ASSERT_EQ(found.grasps.size(), alone.objects.at(0).grasps.size());
+    for (std::size_t g = 0; g < found.grasps.size(); ++g) {
+      EXPECT_EQ(found.grasps[g].cam_from_hand, alone.objects[0].grasps[g].cam_from_hand);
+      EXPECT_EQ(found.grasps[g].probability, alone.objects[0].grasps[g].probability);
+    }
+  }
+}
+
+TEST(Detector, WhatNoModelKnowsIsNotGrasped) {
+  const Handled object = handled_block(0.42);
+  DetectorOptions options;
+  options.min_familiarity = 0.3;  // a dozen views cannot tell less than 1 in 13
+  const std::vector<GraspModel> models{taught("far", 0.5f), taught("near", 0.3f)};
+  const DetectedObject refused = detect_with(object, models, options).objects.at(0);
+  EXPECT_TRUE(refused.unfamiliar);
+  EXPECT_EQ(refused.model_name, "near");
+  EXPECT_TRUE(refused.grasps.empty());
+  EXPECT_TRUE(refused.pose);
+  EXPECT_EQ(refused.intermediates.probabilities.size(), 0);
+  options.min_familiarity = 0;
+  EXPECT_FALSE(detect_with(object, models, options).objects.at(0).grasps.empty());
+  // One model reports, and refuses only if it is told to.
+  options.min_familiarity.reset();
+  const DetectedObject reported = detect_with(object, {models[1]}, options).objects.at(0);
+  EXPECT_EQ(reported.familiarity, refused.familiarity);
+  EXPECT_FALSE(reported.unfamiliar);
+  EXPECT_FALSE(reported.grasps.empty());
+  options.min_familiarity = 0.3;
+  EXPECT_TRUE(detect_with(object, {models[1]}, options).objects.at(0).unfamiliar);
+}
+
+TEST(Detector, RefusesModelsThatCannotVote) {
+  const Handled object = handled_block(0.42);
+  EXPECT_THROW(detect_with(object, {}), InvalidInput);
+  EXPECT_THROW(detect_with(object, {taught("block", 0), taught("block", 0.3f)}), InvalidInput);
+  EXPECT_THROW(detect_with(object, {taught("other", 0), block_model()}), InvalidInput);
+  DetectorOptions options;
+  options.min_familiarity = 0.1;
+  EXPECT_THROW(detect_with(object, {block_model()}, options), InvalidInput);
+  options.min_familiarity = 0;
+  const DetectedObject found = detect_with(object, {block_model()}, options).objects.at(0);
+  EXPECT_FALSE(found.familiarity);
+  EXPECT_EQ(found.model_name, "");
+  options.min_familiarity = 1.5;
+  EXPECT_THROW(detect_with(object, {taught("block", 0)}, options), InvalidInput);
+}
+
 TEST(Detector, RefusesBadInput) {
   const cv::Mat image(480, 640, CV_8UC3, cv::Scalar(0)), small(240, 320, CV_8UC3, cv::Scalar(0));
   const StereoCamera camera = testing::test_camera();
@@ -195,7 +280,7 @@ TEST(Detector, RefusesBadInput) {
                InvalidInput);  // not the calibration's size
   EXPECT_THROW(detect_grasps({}, {}, camera, block_model()), InvalidInput);
   EXPECT_THROW(detect_grasps(image, image, {}, block_model()), InvalidInput);
-  EXPECT_THROW(detect_grasps(image, image, camera, {}), InvalidInput);
+  EXPECT_THROW(detect_grasps(image, image, camera, GraspModel{}), InvalidInput);
   EXPECT_THROW(detect_grasps(image, image, camera, block_model(), {}, cv::Mat::ones(3, 3, CV_8UC1)),
                InvalidInput);
   DetectorOptions options;
@@ -239,6 +324,10 @@ TEST(Dataset, DegradedMasksAddRowsOfTheSameGroup) {
   EXPECT_EQ(plain.features.rows(), static_cast<Eigen::Index>(plain.labels.size()));
   EXPECT_GT(augmented.labels.size(), 2 * plain.labels.size());
   EXPECT_EQ(augmented.groups.front(), 4);
+  ASSERT_EQ(augmented.views.size(), augmented.labels.size());
+  EXPECT_TRUE(std::is_sorted(augmented.views.begin(), augmented.views.end()));
+  EXPECT_EQ(augmented.views.back(), 5);  // two views with three masks each
+  EXPECT_EQ(plain.views.back(), 1);
   EXPECT_EQ(augmented.groups.back(), 9);
   EXPECT_EQ((build_training_set(views, {}, two).features - augmented.features).cwiseAbs().maxCoeff(), 0);
   LabelledView broken = views[0];

@@ -78,6 +78,17 @@ TEST(DetectionJson, FollowsTheSchema) {
   for (const std::string& key : keys) EXPECT_TRUE(grasp.contains(key)) << key;
 }
 
+TEST(DetectionJson, SaysWhichModelAnswered) {
+  Detection detection = made_up_detection();
+  detection.objects[0].model_name = "mug";
+  detection.objects[0].familiarity = 0.25;
+  const json objects = json::parse(detection_to_json(detection, "mug,pencil", "abc,def"))["objects"];
+  EXPECT_EQ(objects[0]["model"], "mug");
+  EXPECT_EQ(objects[0]["familiarity"], 0.25);
+  EXPECT_EQ(objects[0]["unfamiliar"], false);
+  for (const char* key : {"model", "familiarity", "unfamiliar"}) EXPECT_FALSE(objects[1].contains(key));
+}
+
 TEST(DetectionJson, NothingFoundIsAnAnswer) {
   Detection detection;
   detection.image_size = {640, 480};

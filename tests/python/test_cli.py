@@ -71,6 +71,7 @@ def test_version(cli):
         ["detect", "LEFT", "RIGHT", "--calibration", "CALIB", "--max-grasps", "0"],
         ["detect", "LEFT", "RIGHT", "--calibration", "CALIB", "--max-grasps", "many"],
         ["detect", "LEFT", "RIGHT", "--calibration", "CALIB", "--max-grasps", "99999999999999"],
+        ["detect", "LEFT", "RIGHT", "--calibration", "CALIB", "--min-familiarity", "1.5"],
         ["detect", "LEFT", "RIGHT", "--calibration", "CALIB", "--threads", "0"],
         ["detect", "LEFT", "RIGHT", "--calibration", "CALIB", "--threads", "-1"],
         ["detect", "LEFT", "RIGHT", "--calibration", "CALIB", "--threads", "257"],
@@ -136,7 +137,7 @@ GRASP_KEYS = [
     *["position_m", "position_stddev_m", "rule", "approach", "closing", "cam_from_hand", "opening_m"],
     *["feasible", "infeasible_because"],
 ]
-OBJECT_KEYS = ["id", "bounding_box_px", "centroid_px", "pose", "grasps"]
+OBJECT_KEYS = ["id", "bounding_box_px", "centroid_px", "pose", "model", "familiarity", "unfamiliar", "grasps"]
 POSE_KEYS = ["centroid_m", "major_axis_m", "minor_axis_m", "normal", "source"]
 DOCUMENT_KEYS = ["schema", "graspctx", "frame", "image_size", "model", "table_plane", "objects", "timings_ms"]
 
@@ -152,6 +153,47 @@ def test_detection_json_has_the_documented_keys_in_order(detection):
         assert all(list(grasp) == GRASP_KEYS for grasp in found["grasps"])
     for key in DOCUMENT_KEYS + OBJECT_KEYS + POSE_KEYS + GRASP_KEYS:
         assert f"`{key}`" in text, key
+
+
+def test_a_model_from_before_familiarity_answers_as_before(cli, mug_pair):
+    found = json.loads(succeed(cli("detect", *mug_pair.arguments, "--model", "mug", "--json", "-")))
+    assert found["objects"]
+    keys = [key for key in OBJECT_KEYS if key not in ("model", "familiarity", "unfamiliar")]
+    assert all(list(item) == keys for item in found["objects"])
+
+
+def test_several_models_vote(cli, mug_pair, drawn_dataset, trained_model, tmp_path):
+    """The second was taught drawings with more outline, so it describes an object in another way."""
+    other = tmp_path / "outline.safetensors"
+    succeed(cli("train", drawn_dataset, "--output", other, "--outline-px", "3"))
+    names = f"{trained_model},{other}"
+    words = ["detect", *mug_pair.arguments, "--model", names, "--min-familiarity"]
+    every = json.loads(succeed(cli(*words, "0", "--json", "-")))
+    assert every["model"]["name"] == "drawn,outline"
+    assert [len(sha256) for sha256 in every["model"]["sha256"].split(",")] == [64, 64]
+    for found in every["objects"]:
+        assert found["model"] in ("drawn", "outline")
+        assert 0 < found["familiarity"] <= 1 and found["unfamiliar"] is False
+    assert any(found["grasps"] for found in every["objects"])
+    picture = tmp_path / "grasps.png"
+    table = succeed(cli(*words, "1", "--picture", picture, "--json", tmp_path / "all.json"))
+    refused = json.loads((tmp_path / "all.json").read_text())["objects"]
+    assert any(found["unfamiliar"] for found in refused)
+    for found in refused:
+        assert found["unfamiliar"] == (found["familiarity"] < 1)
+        assert not found["unfamiliar"] or found["grasps"] == []
+    assert "unfamiliar, most like what model" in table
+    with Image.open(picture) as image:
+        assert image.size[0] >= 640
+
+
+def test_models_that_cannot_vote(cli, mug_pair, trained_model):
+    result = cli("detect", *mug_pair.arguments, "--model", f"{trained_model},mug")
+    assert result.returncode == 3 and "'mug' cannot tell what is familiar" in result.stderr
+    result = cli("detect", *mug_pair.arguments, "--model", f"{trained_model},{trained_model}")
+    assert result.returncode == 3 and "two models named 'drawn'" in result.stderr
+    result = cli("detect", *mug_pair.arguments, "--model", f"{trained_model},none")
+    assert result.returncode == 3 and "'none': no such file" in result.stderr
 
 
 def test_detection_json_keeps_the_contract(detection, cli):

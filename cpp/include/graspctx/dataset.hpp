@@ -54,6 +54,7 @@ struct TrainingSet {
   FeatureMatrix features;   // (R, D)
   std::vector<int> labels;  // (R)
   std::vector<int> groups;  // (R) LabelledView::group
+  std::vector<int> views;   // (R) number of the view: each mask of each labelled view is one
 };
 
 /// Describe every view with its true mask, and again with degraded ones: the patches of augment_views.

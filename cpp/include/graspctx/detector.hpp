@@ -12,6 +12,7 @@
 #include "graspctx/grasp.hpp"
 #include "graspctx/grasp_model.hpp"
 #include "graspctx/grasp_points.hpp"
+#include "graspctx/model_choice.hpp"
 #include "graspctx/object_pose.hpp"
 #include "graspctx/segmentation.hpp"
 #include "graspctx/stereo.hpp"
@@ -28,7 +29,10 @@ struct GRASPCTX_EXPORT DetectorOptions {
   double approach_threshold = 0.3;  // φ of Eq. 3, share of the minor semi-axis in the image
   double min_probability = 0.01;    // of both views together; what is less likely is no grasp
   int max_grasps = 10;              // of each object
-  int threads = 1;                  // the result is the same for any number
+  /// What an object is less familiar than, 0 to 1, is unfamiliar and has no grasps; 0 refuses none. Unset:
+  /// default_min_familiarity if several models vote, 0 for one model.
+  std::optional<double> min_familiarity;
+  int threads = 1;  // the result is the same for any number
   void check() const;
 };
 
@@ -37,7 +41,7 @@ struct ObjectIntermediates {
   FovealPair fovea;
   Contour contour;                // of the left foveal view
   PatchDescriptors patches;       // of the left foveal view
-  Eigen::VectorXd probabilities;  // (M) of the patches
+  Eigen::VectorXd probabilities;  // (M) of the patches; none if the object is unfamiliar
 };
 
 struct DetectedObject {
@@ -46,6 +50,9 @@ struct DetectedObject {
   Eigen::Vector2d centroid_px{0, 0};
   std::optional<ObjectPose> pose;
   std::vector<GraspConfiguration> grasps;  // feasible first, then by probability (Eq. 2)
+  std::string model_name;                  // the model that answers; empty if it cannot tell what is familiar
+  std::optional<double> familiarity;       // of the object to that model, 0 to 1
+  bool unfamiliar = false;                 // to all models: it has no grasps
   ObjectIntermediates intermediates;
 };
 
@@ -66,5 +73,11 @@ struct Detection {
 GRASPCTX_EXPORT Detection detect_grasps(const cv::Mat& left, const cv::Mat& right, const StereoCamera& camera,
                                         const GraspModel& model, const DetectorOptions& options = {},
                                         const cv::Mat& mask = {});
+
+/// The same with several models that vote on each object: choose_model says which one answers. Each needs a
+/// familiarity and a name of its own; a view is described once for all that describe it alike.
+GRASPCTX_EXPORT Detection detect_grasps(const cv::Mat& left, const cv::Mat& right, const StereoCamera& camera,
+                                        const std::vector<GraspModel>& models,
+                                        const DetectorOptions& options = {}, const cv::Mat& mask = {});
 
 }  // namespace graspctx

@@ -3,10 +3,12 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "graspctx/export.hpp"
+#include "graspctx/familiarity.hpp"
 #include "graspctx/patch_descriptor.hpp"
 
 namespace graspctx {
@@ -31,6 +33,7 @@ struct GRASPCTX_EXPORT GraspModel {
   // Which image each support vector comes from, for explanations; both empty in a model that does not know.
   std::vector<std::string> training_images;  // names relative to the data set
   std::vector<int> support_images;           // (S) indices of training_images
+  std::optional<Familiarity> familiarity;    // what objects it was taught; models need not have it
 
   /// Throws InvalidInput unless sizes agree and all numbers are finite and in range.
   void check() const;
@@ -47,6 +50,9 @@ struct GRASPCTX_EXPORT GraspModel {
   std::string to_libsvm() const;
   std::string libsvm_range() const;
 };
+
+/// Whether two models describe a view alike, so that it need be described only once.
+GRASPCTX_EXPORT bool same_descriptor(const GraspModel& a, const GraspModel& b);
 
 struct GRASPCTX_EXPORT TrainOptions {
   std::vector<double> svm_c{1, 3, 10};
