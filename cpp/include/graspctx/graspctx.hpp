@@ -6,6 +6,7 @@
 #include "graspctx/detector.hpp"
 #include "graspctx/error.hpp"
 #include "graspctx/evaluation.hpp"
+#include "graspctx/evaluation_report.hpp"
 #include "graspctx/fovea.hpp"
 #include "graspctx/grasp.hpp"
 #include "graspctx/grasp_model.hpp"
