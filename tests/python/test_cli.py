@@ -102,6 +102,8 @@ def test_version(cli):
         ["train", "--output", "m.safetensors"],
         ["train", "folder", "--output", "m.safetensors", "--seed", "x"],
         ["train", "folder", "--output", "m.safetensors", "--outline-px", "-1"],
+        ["train", "folder", "--output", "m.safetensors", "--report", "report.pdf"],
+        ["evaluate", "folder", "--model", "mug", "--report", "report"],
         ["evaluate", "folder"],
         ["describe", "LEFT"],
         ["describe", "LEFT", "--output", "d.npy", "--fovea"],
