@@ -70,9 +70,9 @@ std::vector<std::string> classes_of(const std::vector<LabelledView>& views,
 TrainOptions train_options(const TrainArguments& arguments, const std::optional<LoadedModel>& base) {
   TrainOptions options = base ? warm_start(base->model) : TrainOptions();
   options.seed = arguments.seed;
-  if (!arguments.report.empty()) options.learning_curve = {0.125, 0.25, 0.5};
-  if (base && !arguments.report.empty())
-    options.learning_curve = {0.5};  // each step trains on all of the base
+  if (arguments.report.empty()) return options;
+  options.learning_curve = {0.125, 0.25, 0.5};
+  if (base) options.learning_curve = {0.5};  // every step of it trains on all of the base
   return options;
 }
 

@@ -1545,6 +1545,7 @@ def train_model(
     classes: collections.abc.Sequence[str] = ...,
     provenance: collections.abc.Mapping[str, str] = ...,
     descriptor: dict[str, typing.Any] = ...,
+    base: GraspModel | None = ...,
     progress: collections.abc.Callable[[float, str], None] | None = ...,
     svm_c: collections.abc.Sequence[float] = ...,
     gamma_times_dimension: collections.abc.Sequence[float] = ...,
@@ -1561,6 +1562,8 @@ def train_model(
     features: float32 (M, D). labels: integers (M,), 0 or 1. groups: integers (M,), the image of each row.
     name, classes, provenance: stored with the model. descriptor: the options of describe_view that the features
     were made with, where they differ from the defaults.
+    base: a model to start from, for few images: its support vectors are trained on together with the rows, which
+    must be of its descriptor, and never held out; C and γ are its own unless given, more rows of an image count.
     progress: called with the share done and what is being done; what it raises ends the training.
     gamma_times_dimension: γ = value / D. The search is over all pairs of it and svm_c.
     Raises InvalidInput for sizes that differ, other labels, a single class, fewer groups than folds, or features

@@ -8,6 +8,7 @@
 
 #include "arrays.hpp"
 #include "bind.hpp"
+#include "graspctx/error.hpp"
 #include "graspctx/grasp_model.hpp"
 #include "graspctx/io/model_file.hpp"
 #include "options.hpp"
@@ -44,14 +45,30 @@ void def_model_value(Class& class_, const char* name, Value GraspModel::*member,
       name, [member](const LoadedModel& self) { return self.model.*member; }, doc);
 }
 
+/// Options of describe_view; those of a base, if there is one, cannot be changed.
+DescriptorOptions trained_descriptor(const py::dict& descriptor, const LoadedModel* base) {
+  DescriptorOptions options = base != nullptr ? base->model.descriptor : DescriptorOptions();
+  const py::dict before = keyword_values(keywords(options));
+  read_keywords("train_model(descriptor=...)", descriptor, keywords(options));
+  if (base == nullptr) return options;
+  for (const auto& [name, value] : keyword_values(keywords(options))) {
+    const py::object expected = before[name];
+    if (expected.equal(value)) continue;
+    throw InvalidInput(py::str("descriptor: {} is {!r}, expected {!r} as in the base")
+                           .format(name, value, expected)
+                           .cast<std::string>());
+  }
+  return options;
+}
+
 LoadedModel train(const py::object& features, const py::object& labels, const py::object& groups,
                   const std::string& name, std::vector<std::string> classes,
                   const std::map<std::string, std::string>& provenance, const py::dict& descriptor,
-                  const std::optional<py::function>& progress, const py::kwargs& arguments) {
-  TrainOptions options;
+                  const LoadedModel* base, const std::optional<py::function>& progress,
+                  const py::kwargs& arguments) {
+  TrainOptions options = base != nullptr ? warm_start(base->model) : TrainOptions();
   read_keywords("train_model", arguments, keywords(options));
-  DescriptorOptions descriptor_options;
-  read_keywords("train_model(descriptor=...)", descriptor, keywords(descriptor_options));
+  const DescriptorOptions descriptor_options = trained_descriptor(descriptor, base);
   const FeatureRows rows(features, "features");
   const std::vector<int> row_labels = integers_argument(labels, "labels");
   const std::vector<int> row_groups = integers_argument(groups, "groups");
@@ -65,6 +82,10 @@ LoadedModel train(const py::object& features, const py::object& labels, const py
   model.name = name;
   model.classes = std::move(classes);
   model.descriptor = descriptor_options;
+  if (base != nullptr) {
+    model.provenance["base.name"] = base->model.name;
+    model.provenance["base.sha256"] = model_sha256(*base);
+  }
   for (const auto& [key, value] : provenance) model.provenance[key] = value;
   return {std::move(model), ""};
 }
@@ -180,17 +201,20 @@ Made by load_model or train_model.)");
   TrainOptions defaults;
   define(
       m, "train_model",
-      signature(
-          "features: " + float32_type + ", labels: " + integer_type + ", groups: " + integer_type +
-              ", *, name: str = '', classes: collections.abc.Sequence[str] = (), provenance: "
-              "collections.abc.Mapping[str, str] = {}, descriptor: dict[str, typing.Any] = {}, progress: "
-              "collections.abc.Callable[[float, str], None] | None = None",
-          keywords(defaults), "GraspModel"),
+      signature("features: " + float32_type + ", labels: " + integer_type + ", groups: " + integer_type +
+                    ", *, name: str = '', classes: collections.abc.Sequence[str] = (), provenance: "
+                    "collections.abc.Mapping[str, str] = {}, descriptor: dict[str, typing.Any] = {}, base: "
+                    "GraspModel | "
+                    "None = None, progress: "
+                    "collections.abc.Callable[[float, str], None] | None = None",
+                keywords(defaults), "GraspModel"),
       R"(Train a model (III-C): C and γ by cross-validation grouped by image, the sigmoid on held-out images.
 
 features: float32 (M, D). labels: integers (M,), 0 or 1. groups: integers (M,), the image of each row.
 name, classes, provenance: stored with the model. descriptor: the options of describe_view that the features
 were made with, where they differ from the defaults.
+base: a model to start from, for few images: its support vectors are trained on together with the rows, which
+must be of its descriptor, and never held out; C and γ are its own unless given, more rows of an image count.
 progress: called with the share done and what is being done; what it raises ends the training.
 gamma_times_dimension: γ = value / D. The search is over all pairs of it and svm_c.
 Raises InvalidInput for sizes that differ, other labels, a single class, fewer groups than folds, or features
@@ -198,7 +222,7 @@ that are not finite.)",
       &train, py::arg("features"), py::arg("labels"), py::arg("groups"), py::kw_only(),
       py::arg("name") = GraspModel{}.name, py::arg("classes") = GraspModel{}.classes,
       py::arg("provenance") = GraspModel{}.provenance, py::arg("descriptor") = py::dict(),
-      py::arg("progress") = py::none());
+      py::arg("base") = py::none(), py::arg("progress") = py::none());
 }
 
 }  // namespace graspctx::python
