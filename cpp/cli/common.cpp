@@ -23,14 +23,6 @@ std::string size_text(const cv::Size& size) {
   return std::to_string(size.width) + "x" + std::to_string(size.height) + " px";
 }
 
-std::string lower_extension(const std::string& file) {
-  std::string extension = fs::path(file).extension().string();
-  for (char& c : extension) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return extension;
-}
-
 bool is_yaml(const std::string& file) {
   const std::string extension = lower_extension(file);
   return extension == ".yaml" || extension == ".yml";
@@ -215,6 +207,14 @@ void write_outputs(const std::vector<PendingFile>& outputs) {
   for (const PendingFile& output : outputs) {
     if (output.file == standard_output) std::cout << output.bytes;
   }
+}
+
+std::string lower_extension(const std::string& file) {
+  std::string extension = fs::path(file).extension().string();
+  for (char& c : extension) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return extension;
 }
 
 CLI::Validator has_extension(std::vector<std::string> extensions) {

@@ -61,7 +61,9 @@ void write_outputs(const std::vector<PendingFile>& outputs);
 /// check_writable for each that is a file. To be called before anything takes long.
 void check_outputs(const std::vector<std::string>& files);
 
-/// A check for options that name a picture to write: wrong usage unless it has one of these extensions.
+/// ".png" of "a/B.PNG".
+std::string lower_extension(const std::string& file);
+/// A check for options that name a file to write: wrong usage unless it has one of these extensions.
 CLI::Validator has_extension(std::vector<std::string> extensions);
 
 /// Run and let InvalidInput name `subject` (a data set, say) if it does not already.

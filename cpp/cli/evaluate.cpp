@@ -1,6 +1,4 @@
-#include <cmath>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "commands.hpp"
 #include "common.hpp"
@@ -8,17 +6,16 @@
 #include "graspctx/evaluation.hpp"
 #include "graspctx/io/dataset_files.hpp"
 #include "graspctx/io/model_file.hpp"
-#include "graspctx/version.hpp"
+#include "graspctx/io/report_file.hpp"
+#include "report_argument.hpp"
 
 namespace graspctx::cli {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 struct EvaluateArguments {
   DatasetArguments dataset;
-  std::string model, json;
+  std::string model, json, report;
 };
 
 std::string interval_text(const Interval& interval) {
@@ -42,49 +39,33 @@ std::string evaluation_table(const std::vector<ClassEvaluation>& rows) {
          "\nbest patch of each view, and of the views whose label is over 2 % of the object\n" + top1.text();
 }
 
-/// JSON has no NaN: what is not defined is null.
-Json number(double value) {
-  return std::isfinite(value) ? Json(value) : Json();
-}
-
-std::string evaluation_json(const LoadedModel& loaded, const std::vector<ClassEvaluation>& rows) {
-  Json classes = Json::array();
-  for (const ClassEvaluation& row : rows) {
-    classes.push_back({{"class", row.class_name},
-                       {"views", row.views},
-                       {"views_without_label", row.views_without_label},
-                       {"patches", row.patches},
-                       {"label_prior", number(row.label_prior)},
-                       {"ap", number(row.average_precision)},
-                       {"ap_border_ignored", number(row.average_precision_border_ignored)},
-                       {"auc", number(row.roc_area)},
-                       {"ece", number(row.calibration_error)},
-                       {"top1", number(row.top1)},
-                       {"top1_low", number(row.top1_interval.low)},
-                       {"top1_high", number(row.top1_interval.high)},
-                       {"chance", number(row.top1_chance)},
-                       {"views_large_label", row.views_large_label},
-                       {"top1_large_label", number(row.top1_large_label)}});
-  }
-  const Json document{{"schema", 1},
-                      {"graspctx", version},
-                      {"model", {{"name", loaded.model.name}, {"sha256", loaded.sha256}}},
-                      {"classes", std::move(classes)}};
-  return document.dump(2) + "\n";
+std::string evaluation_report(const EvaluateArguments& arguments, const LoadedModel& loaded,
+                              std::vector<ScoredView> scored) {
+  for (ScoredView& view : scored) view.source = short_source(view.source, arguments.dataset.dataset);
+  const ReportHead head{
+      "Evaluation of the model " + loaded.model.name,
+      {{"data set", arguments.dataset.dataset}, {"model", loaded.model.name + ", sha256 " + loaded.sha256}}};
+  return report_text(arguments.report, head, report_evaluation(scored));
 }
 
 void evaluate(const EvaluateArguments& arguments) {
-  check_outputs({arguments.json});
+  check_outputs({arguments.json, arguments.report});
   const LoadedModel loaded = load_model(arguments.model);
   const std::vector<LabelledView> views =
       load_dataset(arguments.dataset.dataset, arguments.dataset.options());
-  std::vector<ClassEvaluation> rows;
-  naming(arguments.dataset.dataset, [&] { rows = evaluate_model(loaded.model, views); });
-  if (arguments.json.empty()) {
-    write_outputs({{standard_output, evaluation_table(rows)}});
-  } else {
-    write_outputs({{arguments.json, evaluation_json(loaded, rows)}});
-  }
+  std::vector<PendingFile> outputs;
+  naming(arguments.dataset.dataset, [&] {
+    const std::vector<ScoredView> scored = score_views(loaded.model, views);
+    const std::vector<ClassEvaluation> rows = evaluate_scores(scored);
+    outputs.push_back(
+        arguments.json.empty()
+            ? PendingFile{standard_output, evaluation_table(rows)}
+            : PendingFile{arguments.json, evaluation_to_json(loaded.model.name, loaded.sha256, rows)});
+    if (!arguments.report.empty()) {
+      outputs.push_back({arguments.report, evaluation_report(arguments, loaded, scored)});
+    }
+  });
+  write_outputs(outputs);
 }
 
 }  // namespace
@@ -100,12 +81,13 @@ void add_evaluate(CLI::App& program) {
   command
       .add_option("--json", arguments->json, "write the figures as JSON instead of a table; - prints them")
       ->type_name("FILE|-");
+  add_report_argument(command, arguments->report);
   command.footer(
       std::string(dataset_help) +
       "AP: average precision over patches. ECE: expected calibration error. top-1: share of views whose "
       "most\n"
       "probable patch lies on the label, with its 95 % Wilson interval.\n"
-      "Example: graspctx_cli evaluate data/mugs_test --model mug\n"
+      "Example: graspctx_cli evaluate data/mugs_test --model mug --report mug.html\n"
       "Example: graspctx_cli evaluate annotations/instances_val.json --object-label cup --grasp-label handle "
       "--model mug");
   command.callback([arguments] { evaluate(*arguments); });

@@ -84,8 +84,7 @@ LabelledPatches describe_checked(const LabelledView& view, const DescriptorOptio
     result.labels.push_back(labelled_px > 0 ? 1 : 0);
     result.label_share.push_back(static_cast<float>(labelled_px) / static_cast<float>(patch.area()));
   }
-  result.visible_label_share =
-      static_cast<double>(cv::countNonZero(view.label)) / std::max(1, cv::countNonZero(view.mask));
+  result.visible_label_share = visible_label_share(view);
   return result;
 }
 
@@ -126,6 +125,10 @@ void AugmentOptions::check() const {
   detail::require_option(degraded_masks >= 0 && degraded_masks <= 100, "degraded_masks must be 0 to 100");
 }
 
+double visible_label_share(const LabelledView& view) {
+  return static_cast<double>(cv::countNonZero(view.label)) / std::max(1, cv::countNonZero(view.mask));
+}
+
 LabelledPatches describe_labelled_view(const LabelledView& view, const DescriptorOptions& options) {
   check_view(view);
   return describe_checked(view, options);
@@ -151,12 +154,17 @@ TrainingSet build_training_set(const std::vector<LabelledView>& views, const Des
   std::vector<FeatureMatrix> blocks;
   std::mt19937 generator(augment.seed);
   for (std::size_t i = 0; i < views.size(); ++i) {
+    int index = static_cast<int>(i);
     for (const LabelledView& view : augment_view(views[i], augment.degraded_masks, generator)) {
       const LabelledPatches described = describe_checked(view, descriptor);
       set.views.insert(set.views.end(), described.labels.size(), static_cast<int>(blocks.size()));
       blocks.push_back(described.patches.features);
       set.labels.insert(set.labels.end(), described.labels.begin(), described.labels.end());
       set.groups.insert(set.groups.end(), described.labels.size(), view.group);
+      set.true_views.insert(set.true_views.end(), described.labels.size(), index);
+      set.label_share.insert(set.label_share.end(), described.label_share.begin(),
+                             described.label_share.end());
+      index = -1;  // the copies that follow have degraded masks
     }
     if (progress) progress(static_cast<double>(i + 1) / static_cast<double>(views.size()));
   }

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
+#include "detail/border_patch.hpp"
+#include "detail/patch_measures.hpp"
 #include "graspctx/error.hpp"
 
 namespace graspctx {
@@ -13,7 +14,6 @@ namespace {
 
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 constexpr double large_label_share = 0.02;  // of the object
-constexpr double border_share = 0.5;        // of a patch
 
 void check_scores(const std::vector<double>& scores, const std::vector<int>& labels) {
   if (scores.size() != labels.size()) {
@@ -30,28 +30,6 @@ void check_scores(const std::vector<double>& scores, const std::vector<int>& lab
   }
 }
 
-std::vector<std::size_t> highest_first(const std::vector<double>& scores) {
-  std::vector<std::size_t> order(scores.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return scores[a] > scores[b]; });
-  return order;
-}
-
-/// Calls visit(positives, negatives) for each group of equal scores, the highest first.
-template <typename Visit>
-void for_each_tie(const std::vector<double>& scores, const std::vector<int>& labels, const Visit& visit) {
-  const std::vector<std::size_t> order = highest_first(scores);
-  for (std::size_t first = 0; first < order.size();) {
-    std::size_t last = first;
-    double positives = 0;
-    for (; last < order.size() && scores[order[last]] == scores[order[first]]; ++last) {
-      positives += labels[order[last]];
-    }
-    visit(positives, static_cast<double>(last - first) - positives);
-    first = last;
-  }
-}
-
 /// What is gathered over the views of one class.
 struct Tally {
   std::vector<double> probabilities, probabilities_inner;
@@ -59,28 +37,29 @@ struct Tally {
   int views = 0, views_without_label = 0, hits = 0, views_large = 0, hits_large = 0;
   double chance = 0;
 
-  void add(const LabelledPatches& described, const Eigen::VectorXd& p) {
+  void add(const ScoredView& view) {
+    const std::vector<double>& p = view.probabilities;
     double positives = 0;
-    Eigen::Index best = 0;
-    for (Eigen::Index i = 0; i < p.size(); ++i) {
+    std::size_t best = 0;
+    for (std::size_t i = 0; i < p.size(); ++i) {
       probabilities.push_back(p[i]);
-      labels.push_back(described.labels[i]);
-      if (described.labels[i] == 0 || described.label_share[i] >= border_share) {
+      labels.push_back(view.labels[i]);
+      if (!detail::is_border_patch(view.labels[i], view.label_share[i])) {
         probabilities_inner.push_back(p[i]);
-        labels_inner.push_back(described.labels[i]);
+        labels_inner.push_back(view.labels[i]);
       }
-      positives += described.labels[i];
+      positives += view.labels[i];
       if (p[i] > p[best]) best = i;
     }
     if (positives == 0) {
       ++views_without_label;
       return;
     }
-    const int hit = described.labels[best];
+    const int hit = view.labels[best];
     ++views;
     hits += hit;
     chance += positives / static_cast<double>(p.size());
-    if (described.visible_label_share > large_label_share) {
+    if (view.visible_label_share > large_label_share) {
       ++views_large;
       hits_large += hit;
     }
@@ -126,25 +105,12 @@ struct Tally {
 
 double average_precision(const std::vector<double>& scores, const std::vector<int>& labels) {
   check_scores(scores, labels);
-  double area = 0, found = 0, taken = 0;
-  for_each_tie(scores, labels, [&](double positives, double negatives) {
-    found += positives;
-    taken += positives + negatives;
-    area += positives * found / taken;  // a step in recall times the precision reached there
-  });
-  return found > 0 ? area / found : nothing;
+  return detail::average_precision(detail::highest_first(detail::scored_patches(scores, labels)), {1});
 }
 
 double roc_area(const std::vector<double>& scores, const std::vector<int>& labels) {
   check_scores(scores, labels);
-  double pairs_in_order = 0, positives_above = 0, negatives_all = 0;
-  for_each_tie(scores, labels, [&](double positives, double negatives) {
-    pairs_in_order += negatives * (positives_above + positives / 2);
-    positives_above += positives;
-    negatives_all += negatives;
-  });
-  const double pairs = positives_above * negatives_all;
-  return pairs > 0 ? pairs_in_order / pairs : nothing;
+  return detail::roc_area(detail::highest_first(detail::scored_patches(scores, labels)), {1});
 }
 
 double expected_calibration_error(const std::vector<double>& probabilities, const std::vector<int>& labels,
@@ -153,16 +119,10 @@ double expected_calibration_error(const std::vector<double>& probabilities, cons
   if (bins < 1 || bins > 1000000) {
     throw InvalidInput("evaluation: expected at least one bin, got " + std::to_string(bins));
   }
-  std::vector<double> excess(bins, 0.0);  // Σ (P − label) of the bin
-  for (std::size_t i = 0; i < probabilities.size(); ++i) {
-    const double p = probabilities[i];
+  for (const double p : probabilities) {
     if (p < 0 || p > 1) throw InvalidInput("evaluation: a probability lies outside 0 to 1");
-    const int bin = std::min(static_cast<int>(p * bins), bins - 1);  // 1 belongs to the last bin
-    excess[bin] += p - labels[i];
   }
-  double error = 0;
-  for (const double value : excess) error += std::abs(value);
-  return probabilities.empty() ? nothing : error / static_cast<double>(probabilities.size());
+  return detail::calibration_error(detail::scored_patches(probabilities, labels), {1}, bins);
 }
 
 Interval wilson_interval(int successes, int trials) {
@@ -178,18 +138,54 @@ Interval wilson_interval(int successes, int trials) {
   return {successes == 0 ? 0 : centre - half, successes == trials ? 1 : centre + half};
 }
 
-std::vector<ClassEvaluation> evaluate_model(const GraspModel& model, const std::vector<LabelledView>& views) {
+std::vector<ScoredView> score_views(const GraspModel& model, const std::vector<LabelledView>& views) {
+  std::vector<ScoredView> scored;
+  for (const LabelledView& view : views) {
+    LabelledPatches described = describe_labelled_view(view, model.descriptor);
+    const Eigen::VectorXd p = model.predict_probability(described.patches.features);
+    scored.push_back({view.source,
+                      view.class_name,
+                      view.group,
+                      described.visible_label_share,
+                      std::move(described.labels),
+                      std::move(described.label_share),
+                      {p.begin(), p.end()}});
+  }
+  return scored;
+}
+
+std::vector<ScoredView> held_out_views(const std::vector<LabelledView>& views, const TrainingSet& set,
+                                       const std::vector<double>& probabilities) {
+  const std::size_t rows = set.labels.size();
+  if (set.true_views.size() != rows || set.label_share.size() != rows || probabilities.size() != rows) {
+    throw InvalidInput("evaluation: expected the rows that were trained on, got " + std::to_string(rows) +
+                       " labels and " + std::to_string(probabilities.size()) + " held-out answers");
+  }
+  std::vector<ScoredView> scored;
+  for (const LabelledView& view : views) {
+    scored.push_back({view.source, view.class_name, view.group, visible_label_share(view), {}, {}, {}});
+  }
+  for (std::size_t row = 0; row < rows; ++row) {
+    if (set.true_views[row] < 0) continue;
+    ScoredView& view = scored.at(set.true_views[row]);
+    view.labels.push_back(set.labels[row]);
+    view.label_share.push_back(set.label_share[row]);
+    view.probabilities.push_back(probabilities[row]);
+  }
+  return scored;
+}
+
+std::vector<ClassEvaluation> evaluate_scores(const std::vector<ScoredView>& views) {
   std::vector<std::string> names;  // in the order of first appearance
   std::vector<Tally> tallies;
-  for (const LabelledView& view : views) {
+  for (const ScoredView& view : views) {
     const auto found = std::find(names.begin(), names.end(), view.class_name);
     const std::size_t index = static_cast<std::size_t>(found - names.begin());
     if (found == names.end()) {
       names.push_back(view.class_name);
       tallies.emplace_back();
     }
-    const LabelledPatches described = describe_labelled_view(view, model.descriptor);
-    tallies[index].add(described, model.predict_probability(described.patches.features));
+    tallies[index].add(view);
   }
   std::vector<ClassEvaluation> rows;
   for (std::size_t i = 0; i < names.size(); ++i) rows.push_back(tallies[i].evaluate(names[i]));
@@ -199,6 +195,10 @@ std::vector<ClassEvaluation> evaluate_model(const GraspModel& model, const std::
     rows.push_back(all.evaluate("all"));
   }
   return rows;
+}
+
+std::vector<ClassEvaluation> evaluate_model(const GraspModel& model, const std::vector<LabelledView>& views) {
+  return evaluate_scores(score_views(model, views));
 }
 
 }  // namespace graspctx

@@ -7,7 +7,7 @@
 #include <random>
 #include <string>
 
-#include "detail/draw.hpp"
+#include "detail/random_draw.hpp"
 #include "graspctx/error.hpp"
 
 namespace graspctx {

@@ -26,6 +26,7 @@ __all__: list[str] = [
     "InvalidInput",
     "LabelledPatches",
     "LabelledView",
+    "ModelChoice",
     "NearImage",
     "ObjectHypothesis",
     "ObjectIntermediates",
@@ -40,6 +41,7 @@ __all__: list[str] = [
     "average_precision",
     "build_training_set",
     "check_dataset",
+    "choose_model",
     "compute_disparity",
     "describe_labelled_view",
     "describe_view",
@@ -477,6 +479,11 @@ class GraspModel:
         f(x) of each row: float32 (M, D) features give (M,) float64.
         """
 
+    def familiarity(self, features: numpy.typing.NDArray[numpy.float32]) -> float | None:
+        """
+        How much an object looks like what the model was taught, 0 to 1, from the float32 (M, D) descriptors of its patches, M > 0: the share of the training views that are as far from the views of other images, the object counted among them. None if the model does not know.
+        """
+
     def predict_probability(
         self, features: numpy.typing.NDArray[numpy.float32]
     ) -> numpy.typing.NDArray[numpy.float64]:
@@ -599,6 +606,29 @@ class GraspModel:
     def training_images(self) -> list[str]:
         """
         Names within the data set of the images that support vectors come from; empty if unknown.
+        """
+
+class ModelChoice:
+    """
+    The model that answers for an object, of several.
+    """
+
+    @property
+    def familiar(self) -> bool:
+        """
+        The object is familiar enough to it.
+        """
+
+    @property
+    def familiarity(self) -> float:
+        """
+        0 to 1, of the object to that model.
+        """
+
+    @property
+    def model(self) -> int:
+        """
+        Its index.
         """
 
 class GraspPoint:
@@ -814,6 +844,12 @@ class DetectedObject:
         """
 
     @property
+    def familiarity(self) -> float | None:
+        """
+        0 to 1, of the object to that model; None if it cannot tell.
+        """
+
+    @property
     def grasps(self) -> list[GraspConfiguration]:
         """
         Feasible first, then by probability (Eq. 2).
@@ -828,9 +864,21 @@ class DetectedObject:
     @property
     def intermediates(self) -> ObjectIntermediates: ...
     @property
+    def model_name(self) -> str:
+        """
+        The model that answers; '' if it cannot tell what is familiar.
+        """
+
+    @property
     def pose(self) -> ObjectPose | None:
         """
         ObjectPose, or None.
+        """
+
+    @property
+    def unfamiliar(self) -> bool:
+        """
+        To all models: it has no grasps.
         """
 
 class Detection:
@@ -1043,6 +1091,12 @@ class TrainingSet:
     def labels(self) -> numpy.typing.NDArray[numpy.int32]:
         """
         (R,) int32, 0 or 1.
+        """
+
+    @property
+    def views(self) -> numpy.typing.NDArray[numpy.int32]:
+        """
+        (R,) int32, number of the view: each mask of each labelled view is one.
         """
 
 class ClassEvaluation:
@@ -1307,6 +1361,19 @@ def check_dataset(
     The problems of a data set, one line each, the first 200; empty if it is sound. Options as for load_dataset.
     """
 
+def choose_model(
+    models: GraspModel | collections.abc.Sequence[GraspModel],
+    features: collections.abc.Sequence[numpy.typing.NDArray[numpy.float32]],
+    min_familiarity: float = ...,
+) -> ModelChoice:
+    """
+    The vote: of the models that an object is familiar enough to, the one with the nearest training view.
+
+    If there is none, the one with the nearest training view of all, and `familiar` is False.
+    features: for each model float32 (M, D), the object's patch descriptors by the model's own descriptor options.
+    Raises InvalidInput for no models, another number of features, or a model without familiarity.
+    """
+
 def compute_disparity(
     left: numpy.typing.NDArray[numpy.uint8],
     right: numpy.typing.NDArray[numpy.uint8],
@@ -1386,13 +1453,14 @@ def detect_grasps(
     left: numpy.typing.NDArray[numpy.uint8],
     right: numpy.typing.NDArray[numpy.uint8],
     camera: StereoCamera,
-    model: GraspModel,
+    model: GraspModel | collections.abc.Sequence[GraspModel],
     *,
     mask: numpy.typing.NDArray[numpy.uint8] | numpy.typing.NDArray[numpy.bool_] | None = ...,
     max_grasps: int = ...,
     threads: int = ...,
     approach_threshold: float = ...,
     min_probability: float = ...,
+    min_familiarity: float | None = ...,
     cues: str = ...,
     max_objects: int = ...,
     min_height_m: float = ...,
@@ -1432,12 +1500,15 @@ def detect_grasps(
     The whole method: from a stereo pair to ranked grasp configurations.
 
     left, right: uint8 images of the same size, RGB (H, W, 3) or grey (H, W), rectified first if camera.raw says how.
+    model: one, or several with familiarity that vote on each object, as in choose_model.
     mask: uint8 or bool (H, W) instance ids of the left rectified view, used instead of the segmentation.
     cues: 'disparity', 'plane' or 'colour'; each adds to the one before (Fig. 2).
     fixation_px, roi_px, table, gravity: where to look, and what is known of the rig, as in segment_objects.
     max_grasps: of each object. threads: the result is the same for any number.
     approach_threshold: φ of Eq. 3, share of the minor semi-axis in the image.
     min_probability: of both views together; what is less likely is no grasp.
+    min_familiarity: what an object is less familiar than, 0 to 1, is unfamiliar and has no grasps; 0 refuses none.
+    None: 0.03 if several models vote, 0 for one.
     Finding nothing is an answer. Raises InvalidInput for unusable images, calibration or options.
     """
 
@@ -1756,6 +1827,8 @@ def train_model(
     provenance: collections.abc.Mapping[str, str] = ...,
     descriptor: dict[str, typing.Any] = ...,
     image_names: collections.abc.Mapping[int, str] = ...,
+    views: numpy.typing.NDArray[numpy.integer] | None = ...,
+    base: GraspModel | None = ...,
     progress: collections.abc.Callable[[float, str], None] | None = ...,
     svm_c: collections.abc.Sequence[float] = ...,
     gamma_times_dimension: collections.abc.Sequence[float] = ...,
@@ -1773,6 +1846,10 @@ def train_model(
     name, classes, provenance: stored with the model. descriptor: the options of describe_view that the features
     were made with, where they differ from the defaults.
     image_names: of the groups; with them the model keeps its training_images, which explain_grasp names.
+    views: integers (M,), the view of each row, as in TrainingSet.views: the model learns what objects are familiar
+    from them, GraspModel.familiarity. None: it does not.
+    base: a model to start from, for few images: its support vectors are trained on together with the rows, which
+    must be of its descriptor, and never held out; C and γ are its own unless given, more rows of an image count.
     progress: called with the share done and what is being done; what it raises ends the training.
     gamma_times_dimension: γ = value / D. The search is over all pairs of it and svm_c.
     Raises InvalidInput for sizes that differ, other labels, a single class, fewer groups than folds, or features

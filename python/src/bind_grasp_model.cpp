@@ -8,6 +8,7 @@
 
 #include "arrays.hpp"
 #include "bind.hpp"
+#include "graspctx/error.hpp"
 #include "graspctx/grasp_model.hpp"
 #include "graspctx/io/model_file.hpp"
 #include "graspctx/model_choice.hpp"
@@ -45,16 +46,32 @@ void def_model_value(Class& class_, const char* name, Value GraspModel::*member,
       name, [member](const LoadedModel& self) { return self.model.*member; }, doc);
 }
 
+/// Options of describe_view; those of a base, if there is one, cannot be changed.
+DescriptorOptions trained_descriptor(const py::dict& descriptor, const LoadedModel* base) {
+  DescriptorOptions options = base != nullptr ? base->model.descriptor : DescriptorOptions();
+  const py::dict before = keyword_values(keywords(options));
+  read_keywords("train_model(descriptor=...)", descriptor, keywords(options));
+  if (base == nullptr) return options;
+  for (const auto& [name, value] : keyword_values(keywords(options))) {
+    const py::object expected = before[name];
+    if (expected.equal(value)) continue;
+    throw InvalidInput(py::str("descriptor: {} is {!r}, expected {!r} as in the base")
+                           .format(name, value, expected)
+                           .cast<std::string>());
+  }
+  return options;
+}
+
 LoadedModel train(const py::object& features, const py::object& labels, const py::object& groups,
                   const std::string& name, std::vector<std::string> classes,
                   const std::map<std::string, std::string>& provenance, const py::dict& descriptor,
                   const std::map<int, std::string>& image_names, const py::object& views,
-                  const std::optional<py::function>& progress, const py::kwargs& arguments) {
-  TrainOptions options;
+                  const LoadedModel* base, const std::optional<py::function>& progress,
+                  const py::kwargs& arguments) {
+  TrainOptions options = base != nullptr ? warm_start(base->model) : TrainOptions();
   read_keywords("train_model", arguments, keywords(options));
   options.image_names = image_names;
-  DescriptorOptions descriptor_options;
-  read_keywords("train_model(descriptor=...)", descriptor, keywords(descriptor_options));
+  const DescriptorOptions descriptor_options = trained_descriptor(descriptor, base);
   const FeatureRows rows(features, "features");
   const std::vector<int> row_labels = integers_argument(labels, "labels");
   const std::vector<int> row_groups = integers_argument(groups, "groups");
@@ -81,6 +98,10 @@ LoadedModel train(const py::object& features, const py::object& labels, const py
   model.name = name;
   model.classes = std::move(classes);
   model.descriptor = descriptor_options;
+  if (base != nullptr) {
+    model.provenance["base.name"] = base->model.name;
+    model.provenance["base.sha256"] = model_sha256(*base);
+  }
   for (const auto& [key, value] : provenance) model.provenance[key] = value;
   return {std::move(model), ""};
 }
@@ -239,7 +260,7 @@ Made by load_model or train_model.)");
               "collections.abc.Mapping[str, str] = {}, descriptor: dict[str, typing.Any] = {}, image_names: "
               "collections.abc.Mapping[int, str] = {}, views: " +
               integer_type +
-              " | None = None, progress: "
+              " | None = None, base: GraspModel | None = None, progress: "
               "collections.abc.Callable[[float, str], None] | None = None",
           keywords(defaults), "GraspModel"),
       R"(Train a model (III-C): C and γ by cross-validation grouped by image, the sigmoid on held-out images.
@@ -250,6 +271,8 @@ were made with, where they differ from the defaults.
 image_names: of the groups; with them the model keeps its training_images, which explain_grasp names.
 views: integers (M,), the view of each row, as in TrainingSet.views: the model learns what objects are familiar
 from them, GraspModel.familiarity. None: it does not.
+base: a model to start from, for few images: its support vectors are trained on together with the rows, which
+must be of its descriptor, and never held out; C and γ are its own unless given, more rows of an image count.
 progress: called with the share done and what is being done; what it raises ends the training.
 gamma_times_dimension: γ = value / D. The search is over all pairs of it and svm_c.
 Raises InvalidInput for sizes that differ, other labels, a single class, fewer groups than folds, or features
@@ -258,7 +281,7 @@ that are not finite.)",
       py::arg("name") = GraspModel{}.name, py::arg("classes") = GraspModel{}.classes,
       py::arg("provenance") = GraspModel{}.provenance, py::arg("descriptor") = py::dict(),
       py::arg("image_names") = TrainOptions{}.image_names, py::arg("views") = py::none(),
-      py::arg("progress") = py::none());
+      py::arg("base") = py::none(), py::arg("progress") = py::none());
 
   py::class_<ModelChoice> choice(m, "ModelChoice", "The model that answers for an object, of several.");
   choice.def_readonly("model", &ModelChoice::model, "Its index.");

@@ -106,6 +106,8 @@ def test_version(cli):
         ["train", "--output", "m.safetensors"],
         ["train", "folder", "--output", "m.safetensors", "--seed", "x"],
         ["train", "folder", "--output", "m.safetensors", "--descriptor", "none"],
+        ["train", "folder", "--output", "m.safetensors", "--report", "report.pdf"],
+        ["evaluate", "folder", "--model", "mug", "--report", "report"],
         ["evaluate", "folder"],
         ["describe", "LEFT"],
         ["describe", "LEFT", "--output", "d.npy", "--fovea"],
@@ -163,13 +165,13 @@ def test_a_model_from_before_familiarity_answers_as_before(cli, mug_pair):
 
 
 def test_several_models_vote(cli, mug_pair, drawn_dataset, trained_model, tmp_path):
-    """The second was taught drawings with more outline, so it describes an object in another way."""
-    other = tmp_path / "outline.safetensors"
-    succeed(cli("train", drawn_dataset, "--output", other, "--outline-px", "3"))
+    """The second was taught with the descriptor of the paper, so it describes an object in another way."""
+    other = tmp_path / "paper.safetensors"
+    succeed(cli("train", drawn_dataset, "--output", other, "--descriptor", "paper"))
     names = f"{trained_model},{other}"
     words = ["detect", *mug_pair.arguments, "--model", names, "--min-familiarity"]
     every = json.loads(succeed(cli(*words, "0", "--json", "-")))
-    assert every["model"]["name"] == "drawn,outline"
+    assert every["model"]["name"] == "drawn,paper"
     assert [len(sha256) for sha256 in every["model"]["sha256"].split(",")] == [64, 64]
     for found in every["objects"]:
         assert found["model"] in ("drawn", "outline")

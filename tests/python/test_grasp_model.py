@@ -139,6 +139,36 @@ def test_ctrl_c_ends_a_training():
     assert len(calls) <= 2
 
 
+def test_a_warm_start_is_trained_on_its_base_and_the_rows(shell_model):
+    features, labels, groups = shells(5, rows=60, groups=5)
+    warm = gc.train_model(features, labels, groups, base=shell_model)
+    assert warm.provenance["base.name"] == "shells"
+    assert warm.provenance["base.sha256"] == shell_model.sha256
+    assert (warm.svm_c, warm.descriptor) == (shell_model.svm_c, shell_model.descriptor)
+    assert warm.to_bytes() == gc.train_model(features, labels, groups, base=shell_model).to_bytes()
+    # Each support vector is a row of the base or of the caller.
+    rows = np.concatenate([features, shell_model.support_vectors * shell_model.scale + shell_model.mean])
+    vectors = warm.support_vectors * warm.scale + warm.mean
+    distances = ((vectors[:, None] - rows[None]) ** 2).sum(2)
+    assert distances.min(1).max() < 1e-8
+    nearest = distances.argmin(1)
+    assert 0 < (nearest < len(features)).sum() < len(vectors)
+    other = gc.train_model(features, labels, groups, base=shell_model, svm_c=[7])
+    assert other.svm_c == 7
+
+
+def test_a_base_that_does_not_fit_is_refused(shell_model):
+    features, labels, groups = shells(5, rows=60, groups=5)
+    with pytest.raises(TypeError, match="base"):
+        gc.train_model(features, labels, groups, base="mug")
+    with pytest.raises(gc.InvalidInput, match="120 features, the rows have 60"):
+        gc.train_model(features[:, :60].copy(), labels, groups, base=shell_model)
+    with pytest.raises(gc.InvalidInput, match="outline_px is 3, expected 0"):
+        gc.train_model(features, labels, groups, base=shell_model, descriptor={"outline_px": 3})
+    same = gc.train_model(features, labels, groups, base=shell_model, descriptor={"outline_px": 0})
+    assert same.descriptor == shell_model.descriptor
+
+
 def test_a_data_set_s_way_to_a_model(pair, mask):
     label = mask.copy()
     label[110:] = 0

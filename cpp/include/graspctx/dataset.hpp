@@ -34,6 +34,9 @@ struct LabelledPatches {
   double visible_label_share = 0;  // labelled pixels over object pixels
 };
 
+/// Labelled pixels over object pixels.
+GRASPCTX_EXPORT double visible_label_share(const LabelledView& view);
+
 GRASPCTX_EXPORT LabelledPatches describe_labelled_view(const LabelledView& view,
                                                        const DescriptorOptions& options = {});
 
@@ -55,6 +58,9 @@ struct TrainingSet {
   std::vector<int> labels;  // (R)
   std::vector<int> groups;  // (R) LabelledView::group
   std::vector<int> views;   // (R) number of the view: each mask of each labelled view is one
+  // What held-out rows are measured by.
+  std::vector<int> true_views;  // (R) index of the labelled view that the row is of, -1 with a degraded mask
+  std::vector<float> label_share;  // (R) share of the patch's pixels that are labelled
 };
 
 /// Describe every view with its true mask, and again with degraded ones: the patches of augment_views.

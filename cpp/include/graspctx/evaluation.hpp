@@ -39,6 +39,30 @@ struct ClassEvaluation {
   int views_large_label = 0;
 };
 
+/// The patches of one labelled view, and what a model answers for them.
+struct ScoredView {
+  std::string source, class_name;
+  int group = 0;  // LabelledView::group
+  double visible_label_share = 0;
+  std::vector<int> labels;            // (M) 0 or 1
+  std::vector<float> label_share;     // (M) share of the patch's pixels that are labelled
+  std::vector<double> probabilities;  // (M) P(g = 1 | D)
+};
+
+/// A model's answers with the true masks.
+GRASPCTX_EXPORT std::vector<ScoredView> score_views(const GraspModel& model,
+                                                    const std::vector<LabelledView>& views);
+/// The answers that a training's cross-validation gave for the views with their true masks. views and set: as
+/// they were described by build_training_set. probabilities (R): Training::held_out_probabilities. Throws
+/// InvalidInput for sizes that differ.
+GRASPCTX_EXPORT std::vector<ScoredView> held_out_views(const std::vector<LabelledView>& views,
+                                                       const TrainingSet& set,
+                                                       const std::vector<double>& probabilities);
+
+/// One row for each class in the order of first appearance, and, if there is more than one class, a last row
+/// "all".
+GRASPCTX_EXPORT std::vector<ClassEvaluation> evaluate_scores(const std::vector<ScoredView>& views);
+
 /// Evaluate with the true masks, one row for each class in the order of first appearance, and, if there is
 /// more than one class, a last row "all".
 GRASPCTX_EXPORT std::vector<ClassEvaluation> evaluate_model(const GraspModel& model,

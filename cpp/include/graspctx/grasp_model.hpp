@@ -60,13 +60,20 @@ struct GRASPCTX_EXPORT TrainOptions {
   int folds = 5;                                      // grouped by image
   int max_positives_per_group = 24;  // rows of each image kept to train the SVM; the sigmoid sees all rows
   int max_negatives_per_group = 48;
-  int max_rows = 24000;        // of all images together: fewer of each where there are many, 1 and 2 at least
+  int max_rows = 12000;        // of all images together: fewer of each where there are many, 1 and 2 at least
   int max_search_rows = 4000;  // whole groups, for the search over C and γ
   std::uint32_t seed = 1;
   std::map<int, std::string> image_names;  // of the groups; with them the model keeps its training_images
+  const GraspModel* base = nullptr;        // start from it (warm_start); not owned, must outlive the training
+  std::vector<double> learning_curve;      // shares of the images, over 0 and under 1; none by default
   std::function<void(double share, const std::string& what)> progress;  // may be empty
   void check() const;
 };
+
+/// Options that start from a trained model: its support vectors, with its answers as labels, are trained on
+/// together with the given rows and never held out. C and γ are the base's, not searched. The features must
+/// be of the base's descriptor.
+GRASPCTX_EXPORT TrainOptions warm_start(const GraspModel& base);
 
 /// Train a model. features (M, D); labels (M) 0 or 1; groups (M) index of the image each row comes from.
 /// C and γ by cross-validation grouped by image, the sigmoid on grouped held-out folds with all their
@@ -76,5 +83,24 @@ struct GRASPCTX_EXPORT TrainOptions {
 GRASPCTX_EXPORT GraspModel train_model(const Eigen::Ref<const FeatureMatrix>& features,
                                        const std::vector<int>& labels, const std::vector<int>& groups,
                                        const TrainOptions& options = {});
+
+/// One step of a learning curve: models that were trained on some of the images.
+struct LearningStep {
+  int images = 0;                              // mean over the folds
+  std::vector<double> held_out_probabilities;  // (M)
+};
+
+/// A model, and what its cross-validation answered for rows whose images were held out.
+struct Training {
+  GraspModel model;
+  std::vector<double> held_out_probabilities;  // (M) of each row; SVM and sigmoid fitted to other folds
+  int images_of_folds = 0;                     // that the models of the folds were trained on, mean
+  std::vector<LearningStep> learning_curve;    // TrainOptions::learning_curve, in order
+};
+
+/// train_model, with the answers for held-out rows. The model is the same, byte for byte.
+GRASPCTX_EXPORT Training train_and_validate(const Eigen::Ref<const FeatureMatrix>& features,
+                                            const std::vector<int>& labels, const std::vector<int>& groups,
+                                            const TrainOptions& options = {});
 
 }  // namespace graspctx

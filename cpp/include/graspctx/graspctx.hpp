@@ -6,6 +6,7 @@
 #include "graspctx/detector.hpp"
 #include "graspctx/error.hpp"
 #include "graspctx/evaluation.hpp"
+#include "graspctx/evaluation_report.hpp"
 #include "graspctx/explanation.hpp"
 #include "graspctx/familiarity.hpp"
 #include "graspctx/fovea.hpp"

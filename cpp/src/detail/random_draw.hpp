@@ -1,9 +1,7 @@
 #pragma once
 #include <algorithm>
-#include <cstddef>
 #include <cstdint>
 #include <random>
-#include <utility>
 #include <vector>
 
 namespace graspctx::detail {
