@@ -174,7 +174,7 @@ def test_several_models_vote(cli, mug_pair, drawn_dataset, trained_model, tmp_pa
     assert every["model"]["name"] == "drawn,paper"
     assert [len(sha256) for sha256 in every["model"]["sha256"].split(",")] == [64, 64]
     for found in every["objects"]:
-        assert found["model"] in ("drawn", "outline")
+        assert found["model"] in ("drawn", "paper")
         assert 0 < found["familiarity"] <= 1 and found["unfamiliar"] is False
     assert any(found["grasps"] for found in every["objects"])
     picture = tmp_path / "grasps.png"

@@ -62,8 +62,9 @@ def test_json_is_of_the_grasp_that_detect_finds(document, cli, mug_pair, trained
     for window in document["windows"]:
         effects = np.array(window["effects"])
         assert effects.shape == (8, 5)
-        assert effects.sum() == pytest.approx(window["effect_sum"])
-        assert window["outline_effects"] is None
+        outline = np.array(window["outline_effects"])
+        assert outline.shape == (8, 5)
+        assert effects.sum() + outline.sum() == pytest.approx(window["effect_sum"])
     points = document["points"]
     assert len(points["left_px"]) == len(points["view_px"]) == len(points["effects"]) <= 300
     names = {image["name"] for image in document["nearest_images"]["graspable"]}
