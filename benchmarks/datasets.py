@@ -63,12 +63,6 @@ SETS = {
         )
         for family, seed in TRAINING_SEEDS.items()
     },
-    "shipped": FixedSet(
-        "grasp points of the shipped models on new instances, 100 of each class",
-        scenes=300,
-        seed=900001,
-        families="mug,pencil,wineglass",
-    ),
     "validation": FixedSet(
         "for choices, so that the test sets stay unseen",
         scenes=210,

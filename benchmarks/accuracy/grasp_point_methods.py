@@ -22,7 +22,15 @@ import report
 from datasets import TRAINED
 from fresh_scenes import SceneSet, render_sets
 from grasp_point_score import ScoredView
-from grasp_point_views import DESCRIPTORS, TrainingRows, ViewPatches, describe, labelled_views, training_rows
+from grasp_point_views import (
+    DESCRIPTORS,
+    TrainingRows,
+    ViewPatches,
+    describe,
+    has_labelled_patch,
+    labelled_views,
+    training_rows,
+)
 from graspctx.sim.families import FAMILIES
 from graspctx.sim.splits import shared_seeds
 from graspctx.sim.stored import DatasetError, read_scene, scene_folders
@@ -41,14 +49,15 @@ class Method:
         descriptor, classifier: of DESCRIPTORS and CLASSIFIERS.
         trained_on: "run", the images of this run, or "shipped", a model as it is installed.
         model: what predicts.
-        options: of describe_view, where they differ from the defaults.
+        options: of describe_view, where they differ from its defaults. Without: robust_descriptor, for each
+            descriptor: all methods see the same views.
     """
 
     descriptor: str
     classifier: str
     trained_on: str
     model: gc.GraspModel | Rbf | Logistic
-    options: dict = field(default_factory=dict)
+    options: dict = field(default_factory=gc.robust_descriptor)
 
     @property
     def keys(self) -> dict[str, str]:
@@ -70,7 +79,8 @@ def train_method(descriptor: str, classifier: str, rows: TrainingRows) -> Method
     features = rows.features[descriptor]
     if classifier == "logistic":
         return Method(descriptor, classifier, "run", train_logistic(features, rows.labels, rows.groups))
-    model = train_rbf(features, rows.labels, rows.groups)
+    options = gc.robust_descriptor() if descriptor == "shape_context" else None
+    model = train_rbf(features, rows.labels, rows.groups, options)
     if descriptor != "shape_context":
         model = Rbf.of(
             model
@@ -94,7 +104,7 @@ def scored_view(method: Method, view: gc.LabelledView) -> ScoredView:
     patches, scores = method.score(view)
     truth = patches.described
     return ScoredView(
-        scores, truth.labels, truth.label_share, truth.visible_label_share, bool(truth.labels.any())
+        scores, truth.labels, truth.label_share, truth.visible_label_share, has_labelled_patch(view)
     )
 
 

@@ -90,9 +90,10 @@ def describe(view: gc.LabelledView, descriptor: str, options: dict | None = None
 
     Args:
         descriptor: one of DESCRIPTORS.
-        options: of describe_view, where they differ from the defaults: a model's own are model.descriptor.
+        options: of describe_view, where they differ from its defaults: a model's own are model.descriptor.
+            None: those that models are trained with by default, robust_descriptor.
     """
-    options = options or {}
+    options = gc.robust_descriptor() if options is None else options
     described = gc.describe_labelled_view(view, **options)
     fovea = gc.foveal_view(
         view.image, view.mask, **{name: options[name] for name in FOVEA_OPTIONS if name in options}
@@ -104,6 +105,11 @@ def describe(view: gc.LabelledView, descriptor: str, options: dict | None = None
         fovea.image, fovea.mask, patches.cells, patch_side_px(patches)
     )
     return ViewPatches(described, features, fovea)
+
+
+def has_labelled_patch(view: gc.LabelledView) -> bool:
+    """A patch of the mask as it is given is labelled: whatever a method makes of the mask, it counts."""
+    return bool(gc.describe_labelled_view(view).labels.any())
 
 
 def patch_side_px(patches: gc.PatchDescriptors) -> int:

@@ -51,6 +51,8 @@ VARIANTS = {
     "1000 samples": {"samples": 1000},
     "canny 60/180": {"canny_low": 60, "canny_high": 180},
     "outline": {"outline_px": 3},
+    "refined": {"refine_mask": True},
+    "robust": gc.robust_descriptor(),
     "outline, 12x5": {"outline_px": 3, "angular_bins": 12},
 }
 

@@ -31,7 +31,7 @@ from grasp_point_methods import (
     train_all,
     write_rows,
 )
-from grasp_point_views import ViewPatches, labelled_views, patch_side_px, with_mask
+from grasp_point_views import ViewPatches, has_labelled_patch, labelled_views, patch_side_px, with_mask
 from graspctx.sim.stored import read_scene, scene_folders
 from stability_masks import DEGRADED, degraded_mask
 
@@ -116,9 +116,9 @@ def answers(view: gc.LabelledView, masks: dict[str, np.ndarray], method: Method)
     Args:
         masks: (H, W) bool by name, without "true".
     """
-    patches, points = grasp_points(view, method)
-    if not patches.described.labels.any():
+    if not has_labelled_patch(view):
         return {}
+    patches, points = grasp_points(view, method)
     reference = points_in_image(patches, points)
     reach_px = patch_side_px(patches.described.patches) / patches.fovea.scale
     found = {"true": _answer(patches, points, reference, reach_px)}

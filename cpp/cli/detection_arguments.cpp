@@ -11,7 +11,7 @@ void add_detection_arguments(CLI::App& command, DetectionArguments& arguments) {
       ->type_name("NAME|FILE[,...]")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->default_str(arguments.models.front());
+      ->default_str("all shipped ones");
   add_segmentation_arguments(command, arguments.segmentation);
   command
       .add_option("--mask", arguments.mask,

@@ -15,7 +15,7 @@ namespace graspctx::cli {
 struct DetectionArguments {
   PairArguments pair;
   SegmentationArguments segmentation;
-  std::vector<std::string> models{"familiar"};
+  std::vector<std::string> models{"book", "bowl", "box", "eraser", "mug", "pencil", "wineglass"};
   std::string mask;
   int threads = 1;
 };

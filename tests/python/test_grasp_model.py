@@ -74,7 +74,7 @@ def test_it_comes_back_from_a_file(shell_model, tmp_path):
 
 
 def test_shipped_models_load_by_name():
-    assert {"mug", "pencil", "wineglass", "familiar"} <= set(gc.shipped_models())
+    assert {"mug", "pencil", "wineglass", "bowl", "eraser", "box", "book"} <= set(gc.shipped_models())
     for name in gc.shipped_models():
         model = gc.load_model(name)
         assert model.dimension == 3 * model.descriptor["angular_bins"] * model.descriptor["radial_bins"]
