@@ -159,3 +159,14 @@ def detection(pair, camera, model, mask):
     import graspctx as gc
 
     return gc.detect_grasps(*pair, camera, model, mask=mask)
+
+
+@pytest.fixture(scope="session")
+def old_model(drawn_dataset, tmp_path_factory):
+    """A model that knows neither what is familiar to it nor which images it was trained on, as older ones."""
+    gc = pytest.importorskip("graspctx")
+    path = tmp_path_factory.mktemp("old") / "old.safetensors"
+    rows = gc.build_training_set(gc.load_dataset(drawn_dataset))
+    search = {"svm_c": [3.0], "gamma_times_dimension": [1.0]}
+    gc.train_model(rows.features, rows.labels, rows.groups, name="old", **search).save(path)
+    return path

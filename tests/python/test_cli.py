@@ -157,16 +157,6 @@ def test_detection_json_has_the_documented_keys_in_order(detection):
         assert f"`{key}`" in text, key
 
 
-@pytest.fixture(scope="module")
-def old_model(drawn_dataset, tmp_path_factory):
-    """A model that does not know what is familiar to it."""
-    path = tmp_path_factory.mktemp("old") / "old.safetensors"
-    rows = gc.build_training_set(gc.load_dataset(drawn_dataset))
-    search = {"svm_c": [3.0], "gamma_times_dimension": [1.0]}
-    gc.train_model(rows.features, rows.labels, rows.groups, name="old", **search).save(path)
-    return path
-
-
 def test_a_model_from_before_familiarity_answers_as_before(cli, mug_pair, old_model):
     found = json.loads(succeed(cli("detect", *mug_pair.arguments, "--model", old_model, "--json", "-")))
     assert found["objects"]
@@ -689,7 +679,7 @@ def test_models_lists_what_info_can_show(cli):
     assert {"mug", "pencil", "wineglass", "bowl", "eraser", "box", "book"} <= set(names)
     for name in names:
         facts = json.loads(succeed(cli("info", name, "--json", "-")))
-        assert facts["svm"]["dimension"] == 120
+        assert facts["svm"]["dimension"] == 240
 
 
 def test_check_finds_nothing_wrong(cli, drawn_dataset):

@@ -118,11 +118,11 @@ def test_no_path_of_this_machine_gets_into_the_names(trained_model, drawn_datase
     assert names == [f"scene_{index:06d}" for index in range(12)]
 
 
-def test_a_model_that_does_not_know_its_images(explain):
-    result = explain(model="mug")
+def test_a_model_that_does_not_know_its_images(explain, old_model):
+    result = explain(model=old_model)
     assert result.returncode == 0, result.stderr
     assert "does not say which images" in result.stdout
-    assert json.loads(explain("--json", "-", model="mug").stdout)["nearest_images"] is None
+    assert json.loads(explain("--json", "-", model=old_model).stdout)["nearest_images"] is None
 
 
 def assert_refused(result, *words):
@@ -132,7 +132,7 @@ def assert_refused(result, *words):
     assert all(word in result.stderr for word in words), result.stderr
 
 
-def test_what_is_not_there_cannot_be_explained(explain, mug_pair, drawn_dataset, tmp_path):
+def test_what_is_not_there_cannot_be_explained(explain, mug_pair, drawn_dataset, old_model, tmp_path):
     picture = tmp_path / "why.png"
     assert_refused(explain("--rank", 900, "--picture", picture), "left.png", "rank", "900")
     assert_refused(explain("--object", 200), "no object 200")
@@ -140,7 +140,7 @@ def test_what_is_not_there_cannot_be_explained(explain, mug_pair, drawn_dataset,
     Image.fromarray(np.zeros((480, 640), np.uint8)).save(empty)
     assert_refused(explain("--mask", empty), "no object")
     assert_refused(
-        explain("--picture", picture, "--training-data", drawn_dataset, model="mug"), "trained anew"
+        explain("--picture", picture, "--training-data", drawn_dataset, model=old_model), "trained anew"
     )
     other = tmp_path / "other"
     other.mkdir()

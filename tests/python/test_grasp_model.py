@@ -77,7 +77,8 @@ def test_shipped_models_load_by_name():
     assert {"mug", "pencil", "wineglass", "bowl", "eraser", "box", "book"} <= set(gc.shipped_models())
     for name in gc.shipped_models():
         model = gc.load_model(name)
-        assert model.dimension == 3 * model.descriptor["angular_bins"] * model.descriptor["radial_bins"]
+        bins = model.descriptor["angular_bins"] * model.descriptor["radial_bins"]
+        assert model.dimension == 3 * 2 * bins  # of all points, and of the outline
         assert model.classes
         assert hashlib.sha256(model.to_bytes()).hexdigest() == model.sha256
 
