@@ -9,10 +9,10 @@
 #include <utility>
 #include <vector>
 
-#include "detail/random_draw.hpp"
 #include "detail/image_name.hpp"
 #include "detail/libsvm.hpp"
 #include "detail/number_text.hpp"
+#include "detail/random_draw.hpp"
 #include "detail/sigmoid.hpp"
 #include "graspctx/error.hpp"
 #include "graspctx/evaluation.hpp"
