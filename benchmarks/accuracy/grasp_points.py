@@ -34,6 +34,7 @@ from grasp_point_methods import (
     train_all,
     write_rows,
 )
+from grasp_point_pictures import response_tile, write_sheet
 from grasp_point_score import LARGE_LABEL_SHARE, ScoredView, estimates
 from grasp_point_views import best_segment, labelled_views, with_mask
 from graspctx.sim.stored import scene_folders
@@ -147,6 +148,20 @@ def class_rows(
     return rows
 
 
+def worst_views(dataset: Path, family: str, method: Method, count: int = 20) -> list[list]:
+    """The views that a method ranks worst at the true mask, by average precision, five a line."""
+    found = []
+    for scene in scene_folders(dataset):
+        for view in labelled_views(scene, family):
+            scored = scored_view(method, view)
+            if scored.labels.any():
+                precision = gc.average_precision(scored.scores, scored.labels)
+                found.append((precision, scene.name, view))
+    found = sorted(found, key=lambda item: item[:2])[:count]
+    tiles = [(f"{name}: AP {precision:.2f}", response_tile(view, method)) for precision, name, view in found]
+    return [tiles[first : first + 5] for first in range(0, len(tiles), 5)]
+
+
 def print_rows(rows: list[dict]) -> None:
     """For each mask a table: a line for each class and method, chance and prior beside the figures."""
     lines = collections.defaultdict(dict)
@@ -185,6 +200,12 @@ def build_parser() -> argparse.ArgumentParser:
     parser = report.parser(PROGRAM, __doc__, DEFINITIONS)
     report.add_options(parser, scenes=60, scenes_help="scenes of each class to measure on")
     add_training_options(parser)
+    parser.add_argument(
+        "--pictures",
+        metavar="FOLDER",
+        type=Path,
+        help="also draw worst_CLASS.png: the 20 worst views of the shipped model, or of the one of this run",
+    )
     return parser
 
 
@@ -201,6 +222,9 @@ def _run(options) -> None:
         rows = []
         for family, of_class in methods.items():
             of_class = shipped_methods(family) + of_class
+            if options.pictures:
+                sheet = worst_views(test[family], family, of_class[0])
+                write_sheet(options.pictures / f"worst_{family}.png", sheet)
             progress = report.Progress(f"measure {family}", options.scenes)
             rows += class_rows(test[family], family, of_class, options.workers, progress)
     print_head("grasp_points", options)

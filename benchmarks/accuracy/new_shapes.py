@@ -29,8 +29,10 @@ from grasp_point_methods import (
     train_method,
     write_rows,
 )
+from grasp_point_pictures import response_tile, write_sheet
 from grasp_point_score import ScoredView, estimates
-from grasp_point_views import TrainingRows, training_rows
+from grasp_point_views import TrainingRows, has_labelled_patch, labelled_views, training_rows
+from graspctx.sim.stored import scene_folders
 
 PROGRAM = "new_shapes.py"
 TRAINED_ON = {
@@ -116,6 +118,17 @@ def rows_of(shape: str, scored: dict[tuple[str, str], list[ScoredView]]) -> list
     return rows
 
 
+def sheet_of(dataset: Path, shape: str, methods: dict[str, list[Method]], objects: int = 6) -> list[list]:
+    """The first labelled objects of a shape, a column each; a line for the joint model of each descriptor."""
+    views = [view for scene in scene_folders(dataset) for view in labelled_views(scene, shape)]
+    shown = [view for view in views if has_labelled_patch(view)][:objects]
+    names = "+".join(TRAINED_ON[shape])
+    return [
+        [(f"{names}: {descriptor}", response_tile(view, of_descriptor[0])) for view in shown]
+        for descriptor, of_descriptor in reversed(methods.items())
+    ]
+
+
 def print_rows(rows: list[dict]) -> None:
     """A line for each shape, descriptor and kind of model."""
     lines = collections.defaultdict(dict)
@@ -143,6 +156,12 @@ def build_parser() -> argparse.ArgumentParser:
     parser = report.parser(PROGRAM, __doc__, DEFINITIONS)
     report.add_options(parser, scenes=60, scenes_help="scenes of each new shape to measure on")
     add_training_options(parser, classes=tuple(TRAINED_ON))
+    parser.add_argument(
+        "--pictures",
+        metavar="FOLDER",
+        type=Path,
+        help="also draw SHAPE.png: responses of the joint models, local appearance above ours (Fig. 6)",
+    )
     return parser
 
 
@@ -165,6 +184,8 @@ def _run(options) -> None:
         trained = {}
         for shape in shapes:
             methods = train_shape(TRAINED_ON[shape], of_class, trained)
+            if options.pictures:
+                write_sheet(options.pictures / f"{shape}.png", sheet_of(test[shape], shape, methods))
             rows += rows_of(shape, score_shape(test[shape], shape, methods, options.workers))
     print_head("new_shapes", options, "shape")
     print_rows(rows)

@@ -31,6 +31,7 @@ from grasp_point_methods import (
     train_all,
     write_rows,
 )
+from grasp_point_pictures import response_tile, write_sheet
 from grasp_point_views import ViewPatches, has_labelled_patch, labelled_views, patch_side_px, with_mask
 from graspctx.sim.stored import read_scene, scene_folders
 from stability_masks import DEGRADED, degraded_mask
@@ -155,6 +156,30 @@ def measure_scene(folder: Path, family: str, methods: list[Method]) -> list[tupl
     return found
 
 
+# ---- Pictures ----------------------------------------------------------------------------------------------
+
+
+def figure_6(scenes: list[Path], family: str, methods: list[Method], objects: int = 3) -> list[list]:
+    """The first labelled objects of a family: worse and worse masks downwards, the methods side by side."""
+    shown = [
+        (scene, view)
+        for scene in scenes
+        for view in labelled_views(scene, family)
+        if len(read_scene(scene)["objects"]) == 1 and has_labelled_patch(view)
+    ][:objects]
+    lines = []
+    for name in ("true", "dilate8", "dilate16", "wedge", "cut20"):
+        line = []
+        for scene, view in shown:
+            seed = int(read_scene(scene)["seed"]) + int(read_scene(scene)["index"])
+            mask = view.mask > 0 if name == "true" else degraded_mask(view.mask > 0, name, seed)
+            for method in methods:
+                tile = response_tile(with_mask(view, mask), method, view.mask > 0)
+                line.append((f"{name}, {method_name(method)}", tile))
+        lines.append(line)
+    return lines
+
+
 # ---- Scenes and rows ---------------------------------------------------------------------------------------
 
 
@@ -224,6 +249,12 @@ def build_parser() -> argparse.ArgumentParser:
     parser = report.parser(PROGRAM, __doc__, DEFINITIONS)
     report.add_options(parser, scenes=60, scenes_help="scenes of each class to measure on")
     add_training_options(parser, classes=CLASSES)
+    parser.add_argument(
+        "--pictures",
+        metavar="FOLDER",
+        type=Path,
+        help="also draw Fig. 6, CLASS.png: responses at worse and worse masks, local appearance beside ours",
+    )
     return parser
 
 
@@ -243,6 +274,9 @@ def _run(options) -> None:
             measure = functools.partial(
                 measure_scene, family=family, methods=of_class + shipped_methods(family)
             )
+            if options.pictures:
+                sheet = figure_6(scenes, family, [of_class[1], of_class[0]])
+                write_sheet(options.pictures / f"{family}.png", sheet)
             progress = report.Progress(f"measure {family}", len(scenes))
             for of_scene in report.spread(measure, scenes, options.workers, progress):
                 for method, mask, answer in of_scene:

@@ -20,6 +20,7 @@ if any(importlib.util.find_spec(module) is None for module in ("mujoco", "scipy"
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benchmarks"))
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benchmarks" / "accuracy"))
+import grasp_point_pictures as pictures
 import grasp_points
 import report
 from grasp_point_methods import Method, refuse_leaks
@@ -40,6 +41,53 @@ def random_views(seed, score, views=400):
         has_label = bool(labels.any())
         made.append(ScoredView(score(labels, rng), labels, shares, rng.uniform(0, 0.1), has_label))
     return made
+
+
+# ---- Pictures ----------------------------------------------------------------------------------------------
+
+
+class Certain:
+    """A scorer that is sure of the labelled patches, or of the others."""
+
+    def __init__(self, of_label):
+        self.of_label = of_label
+
+    def score(self, view):
+        patches = describe(view, "shape_context")
+        return patches, (patches.described.labels == self.of_label).astype(float)
+
+
+def ringed(tile, colour):
+    """Whether the ring of that colour is in a tile."""
+    return (np.asarray(tile) == colour).all(axis=2).sum() > 40
+
+
+def test_a_tile_shows_whether_the_best_patch_is_labelled(drawn):
+    (view,) = labelled_views(drawn / "scene_000000", "mug")
+    hit, miss = (pictures.response_tile(view, Certain(of_label)) for of_label in (1, 0))
+    assert ringed(hit, pictures.HIT) and not ringed(hit, pictures.MISS)
+    assert ringed(miss, pictures.MISS) and not ringed(miss, pictures.HIT)
+    outlined = np.any([(np.asarray(hit) == c).all(axis=2) for c in (pictures.MASK, pictures.LABEL)], axis=0)
+    rows, columns = np.nonzero(outlined)
+    margin = hit.width * pictures._MARGIN / (1 + 2 * pictures._MARGIN)  # the mask fills the rest
+    assert max(np.ptp(rows), np.ptp(columns)) == pytest.approx(hit.width - 2 * margin, abs=3)
+
+
+def test_colours_rise_with_p():
+    brightness = [sum(pictures.colour_of(p)) for p in np.linspace(0, 1, 21)]
+    assert brightness == sorted(brightness) and len(set(brightness)) == 21
+
+
+def test_a_sheet_is_whole_or_not_there(tmp_path):
+    tile = pictures.Image.new("RGB", (220, 220), (1, 2, 3))
+    pictures.write_sheet(tmp_path / "new" / "sheet.png", [[("a", tile), ("b", tile)], [("c", tile)]])
+    with pictures.Image.open(tmp_path / "new" / "sheet.png") as sheet:
+        assert sheet.getpixel((300, 100)) == (1, 2, 3) and sheet.getpixel((300, 400)) == (255, 255, 255)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(report.BadInputError, match="file"):
+        pictures.write_sheet(tmp_path / "file" / "sheet.png", [[("a", tile)]])
+    pictures.write_sheet(tmp_path / "none.png", [])
+    assert not (tmp_path / "none.png").exists()
 
 
 # ---- Figures -----------------------------------------------------------------------------------------------
@@ -192,10 +240,10 @@ def test_what_shares_a_shape_with_the_test_is_refused(drawn, tmp_path):
 def test_a_small_run(tmp_path):
     file = tmp_path / "grasp_points.json"
     arguments = ["--seed", "5", "--scenes", "4", "--train-scenes", "10", "--classes", "mug", "--workers", "1"]
-    run = subprocess.run(
-        [sys.executable, PROGRAM, *arguments, "--json", file], capture_output=True, text=True, timeout=900
-    )
+    arguments += ["--json", file, "--pictures", tmp_path / "pictures"]
+    run = subprocess.run([sys.executable, PROGRAM, *arguments], capture_output=True, text=True, timeout=900)
     assert run.returncode == 0, run.stderr
+    assert (tmp_path / "pictures" / "worst_mug.png").stat().st_size > 10000
     content = json.loads(file.read_text())
     assert (content["benchmark"], content["seed"]) == ("grasp_points", 5)
     found = {}

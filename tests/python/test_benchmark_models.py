@@ -141,7 +141,9 @@ def test_no_model_is_tested_on_a_class_that_it_is_trained_on():
 
 
 def test_a_small_run_of_new_shapes(tmp_path):
-    rows, printed = small_run("new_shapes", tmp_path, "--classes", "spoon")
+    pictures = tmp_path / "pictures"
+    rows, printed = small_run("new_shapes", tmp_path, "--classes", "spoon", "--pictures", str(pictures))
+    assert (pictures / "spoon.png").stat().st_size > 10000
     keys = {(row["trained_on"], row["tested_on"]) for row in rows}
     assert keys == {("pencil+wineglass", "spoon")}
     found = {(row["measure"], row["descriptor"], row["models"]): row["value"] for row in rows}

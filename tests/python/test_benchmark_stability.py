@@ -22,6 +22,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benchmarks" / "acc
 import stability
 import stability_masks
 from grasp_point_methods import Method
+from PIL import Image
 
 PROGRAM = Path(stability.__file__)
 
@@ -135,10 +136,11 @@ def test_an_object_without_label_or_most_of_it_does_not_count():
 def test_a_small_run(tmp_path):
     file = tmp_path / "stability.json"
     arguments = ["--seed", "6", "--scenes", "3", "--train-scenes", "10", "--classes", "mug", "--workers", "1"]
-    run = subprocess.run(
-        [sys.executable, PROGRAM, *arguments, "--json", file], capture_output=True, text=True, timeout=900
-    )
+    arguments += ["--json", file, "--pictures", tmp_path / "pictures"]
+    run = subprocess.run([sys.executable, PROGRAM, *arguments], capture_output=True, text=True, timeout=900)
     assert run.returncode == 0, run.stderr
+    with Image.open(tmp_path / "pictures" / "mug.png") as sheet:
+        assert sheet.size[0] > 2 * 200 and sheet.size[1] > 5 * 200  # two methods, five masks
     content = json.loads(file.read_text())
     assert (content["benchmark"], content["seed"]) == ("stability", 6)
     found = {}
