@@ -252,3 +252,14 @@ def test_vessels_are_hollow_for_physics(family):
         down = np.linspace(top - 0.001, top - 0.4 * shape.dimensions_m["height"] * 0.5, 20)
         on_axis = np.stack([0 * down, 0 * down, down], axis=1)
         assert (depth_in_solids(shape.solids_m, on_axis) < 0).all()
+
+
+@pytest.mark.parametrize("seed", [658, 1771, 3801])
+def test_a_cup_whose_foot_reaches_into_its_grasp_region(seed):
+    """Its side starts above where the region would: the region then starts at the foot."""
+    cup = make_object("cup", seed)
+    z = cup.mesh.vertices_m[:, 2]
+    assert z.min() == pytest.approx(0, abs=1e-6)
+    assert z.max() == pytest.approx(cup.dimensions_m["height"], abs=1e-6)
+    low, high = cup.parts["outside"]
+    assert 0 <= low < high <= 1

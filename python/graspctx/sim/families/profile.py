@@ -80,9 +80,12 @@ def even_steps(line: np.ndarray, step_m: float) -> np.ndarray:
 
 
 def split_at(line: np.ndarray, heights_m) -> list[np.ndarray]:
-    """Cut a line that climbs all the way at some heights: one more line than there are heights."""
+    """Cut a line that climbs all the way at some heights: one more line than there are heights.
+
+    A height beyond an end of the line cuts it there; the line beyond is that point alone.
+    """
     pieces = []
-    for height in heights_m:
+    for height in np.clip(heights_m, line[0, 1], line[-1, 1]):
         point = np.array([[np.interp(height, line[:, 1], line[:, 0]), height]])
         pieces.append(np.concatenate([line[line[:, 1] < height - 1e-9], point]))
         line = np.concatenate([point, line[line[:, 1] > height + 1e-9]])
@@ -178,8 +181,9 @@ class Turned:
 def turn_sections(sections, *, sides: int) -> Turned:
     """Turn sections, each starting where the one before ends, around the z axis.
 
-    Sections of one part follow each other.
+    Sections of one part follow each other; a section of one point is none.
     """
+    sections = [section for section in sections if len(section.line) > 1]
     lines, region, ends = [sections[0].line[:1]], [], []
     for section in sections:
         line = section.line if np.allclose(section.line[0], lines[-1][-1], atol=1e-9) else None
