@@ -34,7 +34,7 @@ from grasp_point_views import labelled_views
 from graspctx.sim.stored import read_scene, scene_folders
 from patch_classifiers import train_rbf
 from stability import CLASSES, answers, scene_sets, scenes_to_measure
-from stability_masks import degraded_mask
+from stability_masks import degraded_mask, mask_seed
 
 PROGRAM = "recipe.py"
 DEGRADED = ("dilate8", "dilate16", "wedge", "cut20")
@@ -112,7 +112,7 @@ def measure_scene(folder: Path, family: str, methods: dict[str, Method]) -> list
     found = []
     for view in labelled_views(folder, family):
         if alone:
-            seed = int(scene["seed"]) + int(scene["index"])
+            seed = mask_seed(scene)
             masks = {name: degraded_mask(view.mask > 0, name, seed) for name in DEGRADED}
         else:
             masks = {"second": gc.read_image(folder / "left_mask.png") > 0}

@@ -34,7 +34,7 @@ from grasp_point_methods import (
 from grasp_point_pictures import response_tile, write_sheet
 from grasp_point_views import ViewPatches, has_labelled_patch, labelled_views, patch_side_px, with_mask
 from graspctx.sim.stored import read_scene, scene_folders
-from stability_masks import DEGRADED, degraded_mask
+from stability_masks import DEGRADED, degraded_mask, mask_seed
 
 PROGRAM = "stability.py"
 CLASSES = ("mug", "pencil", "wineglass")
@@ -145,7 +145,7 @@ def measure_scene(folder: Path, family: str, methods: list[Method]) -> list[tupl
     scene = read_scene(folder)
     for view in labelled_views(folder, family):
         if len(scene["objects"]) == 1:
-            seed = int(scene["seed"]) + int(scene["index"])
+            seed = mask_seed(scene)
             masks = {name: degraded_mask(view.mask > 0, name, seed) for name in DEGRADED}
         else:
             masks = {"second": gc.read_image(folder / "left_mask.png") > 0}
@@ -162,16 +162,16 @@ def measure_scene(folder: Path, family: str, methods: list[Method]) -> list[tupl
 def figure_6(scenes: list[Path], family: str, methods: list[Method], objects: int = 3) -> list[list]:
     """The first labelled objects of a family: worse and worse masks downwards, the methods side by side."""
     shown = [
-        (scene, view)
-        for scene in scenes
-        for view in labelled_views(scene, family)
-        if len(read_scene(scene)["objects"]) == 1 and has_labelled_patch(view)
+        (mask_seed(scene), view)
+        for folder, scene in ((folder, read_scene(folder)) for folder in scenes)
+        if len(scene["objects"]) == 1
+        for view in labelled_views(folder, family)
+        if has_labelled_patch(view)
     ][:objects]
     lines = []
     for name in ("true", "dilate8", "dilate16", "wedge", "cut20"):
         line = []
-        for scene, view in shown:
-            seed = int(read_scene(scene)["seed"]) + int(read_scene(scene)["index"])
+        for seed, view in shown:
             mask = view.mask > 0 if name == "true" else degraded_mask(view.mask > 0, name, seed)
             for method in methods:
                 tile = response_tile(with_mask(view, mask), method, view.mask > 0)

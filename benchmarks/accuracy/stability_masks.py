@@ -22,6 +22,11 @@ DEGRADED = {
 }
 
 
+def mask_seed(scene: dict) -> int:
+    """The seed of the worse masks of a scene's objects, from what read_scene gives."""
+    return int(scene["seed"]) + int(scene["index"])
+
+
 def degraded_mask(mask: np.ndarray, name: str, seed: int) -> np.ndarray:
     """A mask made worse: (H, W) bool.
 

@@ -1,5 +1,7 @@
 #include "detection_arguments.hpp"
 
+#include <utility>
+
 namespace graspctx::cli {
 
 void add_detection_arguments(CLI::App& command, DetectionArguments& arguments) {
@@ -25,21 +27,21 @@ void add_detection_arguments(CLI::App& command, DetectionArguments& arguments) {
 
 std::string DetectionRun::model_names() const {
   std::string names;
-  for (const LoadedModel& loaded : models) names += (names.empty() ? "" : ",") + loaded.model.name;
+  for (const GraspModel& model : models) names += (names.empty() ? "" : ",") + model.name;
   return names;
 }
 
 std::string DetectionRun::model_hashes() const {
   std::string hashes;
-  for (const LoadedModel& loaded : models) hashes += (hashes.empty() ? "" : ",") + loaded.sha256;
+  for (const std::string& hash : sha256) hashes += (hashes.empty() ? "" : ",") + hash;
   return hashes;
 }
 
-const LoadedModel& DetectionRun::model_of(const DetectedObject& object) const {
-  for (const LoadedModel& loaded : models) {
-    if (loaded.model.name == object.model_name) return loaded;
+std::size_t DetectionRun::model_of(const DetectedObject& object) const {
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    if (models[i].name == object.model_name) return i;
   }
-  return models.front();  // a single one that cannot tell what is familiar
+  return 0;  // a single one that cannot tell what is familiar
 }
 
 DetectionRun run_detection(const DetectionArguments& arguments, std::optional<int> max_grasps,
@@ -49,10 +51,10 @@ DetectionRun run_detection(const DetectionArguments& arguments, std::optional<in
   const LoadedPair& pair = run.pair;
   cv::Mat mask;
   if (!arguments.mask.empty()) mask = load_mask_for(arguments.mask, pair.left.size());
-  std::vector<GraspModel> models;
   for (const std::string& name_or_file : arguments.models) {
-    run.models.push_back(load_model(name_or_file));
-    models.push_back(run.models.back().model);
+    LoadedModel loaded = load_model(name_or_file);
+    run.models.push_back(std::move(loaded.model));
+    run.sha256.push_back(std::move(loaded.sha256));
   }
   DetectorOptions options;
   options.segmentation = segmentation_options(arguments.segmentation, pair.left.size());
@@ -60,8 +62,9 @@ DetectionRun run_detection(const DetectionArguments& arguments, std::optional<in
   options.min_familiarity = min_familiarity;
   if (max_grasps) options.max_grasps = *max_grasps;
   use_threads(arguments.threads);
-  naming(arguments.pair.left,
-         [&] { run.detection = detect_grasps(pair.left, pair.right, pair.camera, models, options, mask); });
+  naming(arguments.pair.left, [&] {
+    run.detection = detect_grasps(pair.left, pair.right, pair.camera, run.models, options, mask);
+  });
   return run;
 }
 

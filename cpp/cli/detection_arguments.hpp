@@ -23,13 +23,14 @@ void add_detection_arguments(CLI::App& command, DetectionArguments& arguments);
 
 struct DetectionRun {
   LoadedPair pair;
-  std::vector<LoadedModel> models;
+  std::vector<GraspModel> models;
+  std::vector<std::string> sha256;  // of the models' files
   Detection detection;
 
   std::string model_names() const;   // separated by commas
   std::string model_hashes() const;  // likewise
-  /// The one that answers for an object.
-  const LoadedModel& model_of(const DetectedObject& object) const;
+  /// Index of the model that answers for an object.
+  std::size_t model_of(const DetectedObject& object) const;
 };
 /// Throws InvalidInput naming the file.
 DetectionRun run_detection(const DetectionArguments& arguments, std::optional<int> max_grasps = {},

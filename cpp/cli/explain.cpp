@@ -170,19 +170,20 @@ PatchExplanation with_training_data(const PatchExplanation& patch, const GraspMo
 void explain(const ExplainArguments& arguments) {
   check_outputs({arguments.json, arguments.picture});
   const DetectionRun run = run_detection(arguments.detection);
+  std::size_t answering = 0;
   GraspExplanation explanation;
-  LoadedModel model;
   naming(arguments.detection.pair.left, [&] {
     const DetectedObject& object = chosen_object(run.detection, arguments);
-    model = run.model_of(object);
-    explanation = explain_grasp(object, model.model, arguments.rank);
+    answering = run.model_of(object);
+    explanation = explain_grasp(object, run.models[answering], arguments.rank);
   });
+  const GraspModel& model = run.models[answering];
   if (!arguments.training_data.empty()) {
-    explanation.patch = with_training_data(explanation.patch, model.model, arguments);
+    explanation.patch = with_training_data(explanation.patch, model, arguments);
   }
   std::vector<PendingFile> outputs;
   if (!arguments.json.empty()) {
-    outputs.push_back({arguments.json, explanation_to_json(explanation, model.model.name, model.sha256)});
+    outputs.push_back({arguments.json, explanation_to_json(explanation, model.name, run.sha256[answering])});
   }
   if (!arguments.picture.empty()) {
     outputs.push_back({arguments.picture, encode_image(arguments.picture, draw_explanation(explanation))});
